@@ -18,9 +18,6 @@
 
 namespace drape {
 
-// The radial profile of a projected hem, ray by ray [MODEL, M47].
-// Points of the hem are in pixels about the camera centre, y up.
-
 // The segment of the projected hem between two vertices through which the ray of one angle leaves.
 struct OutlineHit {
   int vertex[2] = {-1, -1};  // −1: the ray met nothing

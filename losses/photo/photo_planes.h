@@ -12,10 +12,10 @@
 #include "losses/image/image.h"
 #include "losses/photo/photo_options.h"
 
-// Internal to losses/photo: a lens blurs light, not the numbers that a file stores of it. A
-// place where half of the light of either side falls is therefore found in linear light; by stored
-// values, a light disc looks .3 standard deviations of the blur too large, a dark one too small.
-// Internal to losses/photo.
+// Internal to losses/photo: the picture that is worked on, and its light. A lens blurs light, not
+// the numbers that a file stores of it. A place where half of the light of either side falls is
+// therefore found in linear light; by stored values, a light disc looks .3 standard deviations of
+// the blur too large, a dark one too small.
 
 namespace drape {
 
@@ -68,8 +68,6 @@ class StepFinder {
   double first_place_;
   std::vector<Basis> bases_;  // orthonormal, of the model at each place
 };
-
-// Internal to losses/photo: the picture that is worked on.
 
 // Ends the work on a photograph; MeasurePhoto makes a result with this fault of it.
 struct PhotoFailure {

@@ -74,8 +74,4 @@ Scene UniaxialScene(double length, double force) {
   return scene;
 }
 
-Scene ClampedDiscScene(double radius, double gravity) {
-  return Clamped(RingRegion{.inner = radius}, {0.0, 0.0, -gravity});
-}
-
 }  // namespace drape

@@ -84,8 +84,4 @@ Scene HangingStripScene(double gravity);
 // The strip is held at x = 0 and pulled along +x at x = length [m] by `force` [N], without gravity.
 Scene UniaxialScene(double length, double force);
 
-// A disc held where |x| ≥ radius [m], under gravity [m/s²] along −z. Two rings of held vertices
-// clamp its edge; one ring leaves the edge free to rotate.
-Scene ClampedDiscScene(double radius, double gravity);
-
 }  // namespace drape

@@ -6,8 +6,6 @@
 #include "cuda/kernels/reduce.cuh"
 #include "cuda/kernels/statics/statics_kernels.h"
 
-// Vectors of the solves with a slightly unsymmetric stiffness (CgwRecurrence).
-
 namespace drape {
 namespace {
 
@@ -167,6 +165,8 @@ __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction
     to.stress[f] = geometric[f] = from.stress[f];
   }
 }
+
+// Vectors of the solves with a slightly unsymmetric stiffness (CgwRecurrence).
 
 // A block has one column of one slot.
 __global__ void __launch_bounds__(kReduceThreads)

@@ -50,13 +50,13 @@ void Collect(int count, int threads, const List& list, std::vector<ContactPair>&
 void AddVerticesAndTriangles(const BoxedSurface& one, const BoxedSurface& other, int threads,
                              std::vector<ContactPair>& pairs) {
   const auto list = [&](int k, std::vector<ContactPair>& found) {
-    const int i = one.parts().vertices[k];
-    other.triangle_tree().ForEachMeeting(one.vertices()[k], [&](int triangle) {
-      const auto& [p, q, r] = other.parts().triangles[triangle];
+    const int i = one.parts.vertices[k];
+    other.triangle_tree.ForEachMeeting(one.vertices[k], [&](int triangle) {
+      const auto& [p, q, r] = other.parts.triangles[triangle];
       if (i != p && i != q && i != r) found.push_back({false, {i, p, q, r}});
     });
   };
-  Collect(static_cast<int>(one.vertices().size()), threads, list, pairs);
+  Collect(static_cast<int>(one.vertices.size()), threads, list, pairs);
 }
 
 constexpr double kSlack = 5e-4;  // of the boxes around vertices [m]
@@ -67,14 +67,14 @@ std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads)
   std::vector<ContactPair> pairs;
   AddVerticesAndTriangles(cloth, cloth, threads, pairs);
   const auto list = [&](int place, std::vector<ContactPair>& found) {
-    const int one = cloth.edge_tree().order()[place];
-    cloth.edge_tree().ForEachLaterMeeting(place, [&](int other) {
-      const auto& [p, q] = cloth.parts().edges[std::min(one, other)];
-      const auto& [r, s] = cloth.parts().edges[std::max(one, other)];
+    const int one = cloth.edge_tree.order()[place];
+    cloth.edge_tree.ForEachLaterMeeting(place, [&](int other) {
+      const auto& [p, q] = cloth.parts.edges[std::min(one, other)];
+      const auto& [r, s] = cloth.parts.edges[std::max(one, other)];
       if (p != r && p != s && q != r && q != s) found.push_back({true, {p, q, r, s}});
     });
   };
-  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  Collect(static_cast<int>(cloth.edges.size()), threads, list, pairs);
   return pairs;
 }
 
@@ -86,13 +86,13 @@ std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const Boxed
   AddVerticesAndTriangles(cloth, obstacle, threads, pairs);
   AddVerticesAndTriangles(obstacle, cloth, threads, pairs);
   const auto list = [&](int k, std::vector<ContactPair>& found) {
-    const std::array<int, 2>& edge = cloth.parts().edges[k];
-    obstacle.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
-      const auto& [r, s] = obstacle.parts().edges[other];
+    const std::array<int, 2>& edge = cloth.parts.edges[k];
+    obstacle.edge_tree.ForEachMeeting(cloth.edges[k], [&](int other) {
+      const auto& [r, s] = obstacle.parts.edges[other];
       found.push_back({true, {edge[0], edge[1], r, s}});
     });
   };
-  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  Collect(static_cast<int>(cloth.edges.size()), threads, list, pairs);
   return pairs;
 }
 
@@ -190,13 +190,13 @@ void BoxTree::Sort(const std::vector<SpaceBox>& boxes, int begin, int end) {
 
 void BoxedSurface::Enclose(const VertexBoxes& boxes, double more, int threads) {
   std::vector<std::array<int, 1>> singles;
-  singles.reserve(parts_.vertices.size());
-  for (const int i : parts_.vertices) singles.push_back({i});
-  EncloseParts(singles, boxes, more, threads, vertices_);
-  EncloseParts(parts_.edges, boxes, more, threads, edges_);
-  EncloseParts(parts_.triangles, boxes, more, threads, triangles_);
-  edge_tree_.Enclose(edges_);
-  triangle_tree_.Enclose(triangles_);
+  singles.reserve(parts.vertices.size());
+  for (const int i : parts.vertices) singles.push_back({i});
+  EncloseParts(singles, boxes, more, threads, vertices);
+  EncloseParts(parts.edges, boxes, more, threads, edges);
+  EncloseParts(parts.triangles, boxes, more, threads, triangles);
+  edge_tree.Enclose(edges);
+  triangle_tree.Enclose(triangles);
 }
 
 Eigen::VectorXd Joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
@@ -210,10 +210,10 @@ double LongestMove(const Eigen::VectorXd& dx) {
 }
 
 PairCandidates::PairCandidates(SurfaceParts cloth, double reach, bool of_cloth)
-    : cloth_(std::move(cloth)), reach_(reach), of_cloth_(of_cloth) {}
+    : cloth_{.parts = std::move(cloth)}, reach_(reach), of_cloth_(of_cloth) {}
 
 void PairCandidates::SetObstacles(SurfaceParts obstacles, double reach) {
-  obstacles_ = BoxedSurface(std::move(obstacles));
+  obstacles_ = {.parts = std::move(obstacles)};
   reach_ = reach;
   known_ = {};
 }
@@ -237,7 +237,7 @@ void PairCandidates::Cover(const Eigen::VectorXd& x, const Eigen::VectorXd& dx) 
       dx.reshaped(3, vertices).colwise().norm().transpose().array() + std::sqrt(3.0) * kSlack;
   cloth_.Enclose(known_, 0.5 * reach_, threads_);
   if (of_cloth_) AddCandidates(ListPairsWithin(cloth_, threads_), x, ways);
-  if (!obstacles_.parts().vertices.empty()) {
+  if (!obstacles_.parts.vertices.empty()) {
     obstacles_.Enclose(known_, 0.5 * reach_, threads_);
     AddCandidates(ListPairsBetween(cloth_, obstacles_, threads_), x, ways);
   }

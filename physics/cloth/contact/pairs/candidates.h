@@ -118,23 +118,14 @@ struct SurfaceParts {
 };
 
 // The parts of a surface, each in a box.
-class BoxedSurface {
- public:
-  explicit BoxedSurface(SurfaceParts parts = {}) : parts_(std::move(parts)) {}
-  const SurfaceParts& parts() const { return parts_; }
+struct BoxedSurface {
+  SurfaceParts parts = {};
+  // Boxes by the number of the part; edges and triangles are in trees as well.
+  std::vector<SpaceBox> vertices = {}, edges = {}, triangles = {};
+  BoxTree edge_tree = {}, triangle_tree = {};
+
   // Encloses each part while its vertices stay in these boxes, with `more` [m] on all sides.
   void Enclose(const VertexBoxes& boxes, double more, int threads);
-
-  // Boxes by the number of the part; edges and triangles are in trees as well.
-  const std::vector<SpaceBox>& vertices() const { return vertices_; }
-  const std::vector<SpaceBox>& edges() const { return edges_; }
-  const BoxTree& edge_tree() const { return edge_tree_; }
-  const BoxTree& triangle_tree() const { return triangle_tree_; }
-
- private:
-  SurfaceParts parts_;
-  std::vector<SpaceBox> vertices_, edges_, triangles_;
-  BoxTree edge_tree_, triangle_tree_;
 };
 
 // The pairs of a cloth, and of a cloth and obstacles, that can be near one another in shapes near a

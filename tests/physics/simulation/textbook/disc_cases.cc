@@ -14,6 +14,15 @@
 namespace drape {
 namespace {
 
+// A disc held where |x| ≥ radius [m], under gravity [m/s²] along −z. Two rings of held vertices
+// clamp its edge; one ring leaves the edge free to rotate.
+Scene ClampedDiscScene(double radius, double gravity) {
+  Scene scene;
+  scene.gravity = Eigen::Vector3d(0.0, 0.0, -gravity);
+  scene.handles = Handles{.regions = {RingRegion{.inner = radius}}, .stiffness = 1e6};
+  return scene;
+}
+
 constexpr int kDiscs[] = {300, 1200, 4800};
 constexpr double kDiscRounding = 1e-10;
 
