@@ -193,7 +193,7 @@ class Evaluation {
 };
 
 Selection MakeSelection(const DatasetQuery& query) {
-  return {.fabrics = ParseIndexList(query.fabric, "option 'fabric'"),
+  return {.fabrics = ParseIndexList(query.fabric, "option 'data_fabric'"),
           .samples = ParseIndexList(query.samples, "option 'samples'"),
           .captures = ParseIndexList(query.captures, "option 'captures'"),
           .face = ParseClothFace(query.face)};

@@ -456,7 +456,7 @@ std::vector<std::string> ExpandLabMeasurements(const std::string& text) {
 
 void SelectCaptures(const FitSelection& selection, FitData* data) {
   if (selection.fabric == 0)
-    throw InputError("option 'fabric'", "not given, expected the fabric of --data to fit");
+    throw InputError("option 'data_fabric'", "not given, expected the fabric of --data to fit");
   const Dataset dataset = ReadDataset(selection.folder);
   for (const FileNote& note : dataset.notes) data->log_lines.push_back(MakeLine("note: ", note));
   for (const FileNote& note : dataset.skipped)

@@ -97,7 +97,7 @@ TEST_F(FitCapturesTest, CapturesWithoutAMeshOfTheirOwnAreSkippedWithTheReason) {
 TEST_F(FitCapturesTest, MistakesAreNamed) {
   const FitSelection good = selection_;
   selection_.fabric = 0;
-  EXPECT_INPUT_ERROR(Selected(), "option 'fabric': not given");
+  EXPECT_INPUT_ERROR(Selected(), "option 'data_fabric': not given");
   selection_.fabric = 3;
   EXPECT_INPUT_ERROR(Selected(), "fabric: found 3, expected some of 7");
   selection_ = good;

@@ -152,7 +152,7 @@ TEST_F(FitTool, MistakesOfTheDataAreOneLine) {
   ExpectOneLineError(with({"--samples=1"}), "option 'data': not given");
   ExpectOneLineError(with({"--data_source=meshes"}), "option 'data': not given");
   command[1] = "--data=" + Path("set");
-  ExpectOneLineError(with({}), "option 'fabric': not given");
+  ExpectOneLineError(with({}), "option 'data_fabric': not given");
   ExpectOneLineError(with({"--data_fabric=3", "--data_source=meshes"}), "no usable capture to fit");
   ExpectOneLineError(with({"--data_fabric=4"}), "fabric: found 4, expected some of 3");
   EXPECT_FALSE(std::filesystem::exists(Path("fit")));
