@@ -244,7 +244,7 @@ void VisitFields(Input& input, Visitor&& visit) {
                     .doc = "camera.json of drape_photo, in place of the other camera options; "
                            "beside: the file of that name in the folder of each image",
                     .is_path = true,
-                    .word = "beside"});
+                    .words = {"beside"}});
 }
 
 // The camera of a rendering; CameraAbove gives what is missing. Throws InputError.

@@ -233,11 +233,10 @@ void SampleSplit(const DatasetQuery& query, const Dataset& dataset, DatasetRepor
 }  // namespace
 
 std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& captures,
-                                             const Camera& camera, bool hard_edged) {
+                                             const Camera& camera) {
   std::vector<ObservedCapture> seen;
   for (const Capture& capture : captures) {
-    GrayImage image = ReadSilhouette(capture.image).image;
-    if (hard_edged) image = HardEdged(image);
+    const GrayImage image = ReadSilhouette(capture.image).image;
     seen.push_back({capture, ObserveImage(image, camera, DrapeDiscs(), capture.image)});
   }
   return seen;
@@ -264,10 +263,9 @@ DatasetReport EvaluateDataset(const DatasetQuery& query, const Camera& camera,
   if (!query.save_split.empty() && report.in_turn)
     throw InputError("option 'save_split'", "there is no split to store with train = 0");
   if (control.cancelled()) return report;
-  report.seen_train = ObserveCaptures(report.split.train, camera, query.hard_edged);
-  report.seen_held_out = report.in_turn
-                             ? report.seen_train
-                             : ObserveCaptures(report.split.held_out, camera, query.hard_edged);
+  report.seen_train = ObserveCaptures(report.split.train, camera);
+  report.seen_held_out =
+      report.in_turn ? report.seen_train : ObserveCaptures(report.split.held_out, camera);
   report.predictors =
       EvaluateTrivialPredictors(report.seen_train, report.seen_held_out, camera, query.aligned);
   if (!query.save_split.empty()) WriteSplit(query.save_split, report.split);

@@ -7,6 +7,7 @@
 
 #include "losses/dataset/dataset.h"
 #include "losses/metrics/metrics.h"
+#include "physics/util/options/field.h"
 #include "physics/util/run_control.h"
 
 namespace drape {
@@ -16,10 +17,9 @@ struct ObservedCapture {
   Capture capture;
   ObservedDrape drape;
 };
-// Reads the silhouettes, through HardEdged if requested. Throws InputError as ObserveImage and
-// ReadSilhouette do.
+// Reads the silhouettes. Throws InputError as ObserveImage and ReadSilhouette do.
 std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& captures,
-                                             const Camera& camera, bool hard_edged = false);
+                                             const Camera& camera);
 
 // One method of predicting without a model, evaluated over all pairs of a prediction and a held-out
 // capture.
@@ -66,13 +66,47 @@ TrivialPredictors EvaluateTrivialPredictors(const std::vector<ObservedCapture>& 
 struct DatasetQuery {
   std::string folder;                                    // empty: no data set
   std::string fabric, samples, captures, face = "both";  // ParseIndexList, ClothFace
-  int train = 6;            // samples of each fabric; 0: each is left out in turn
-  int seed = 1;             // of the split
-  std::string split;        // a stored split instead of a random one
-  std::string save_split;   // file to store it in
-  bool hard_edged = false;  // HardEdged
-  bool aligned = true;      // EvaluateTrivialPredictors
+  int train = 6;           // samples of each fabric; 0: each is left out in turn
+  int seed = 1;            // of the split
+  std::string split;       // a stored split instead of a random one
+  std::string save_split;  // file to store it in
+  bool aligned = true;     // EvaluateTrivialPredictors
 };
+
+template <MutableOrConst<DatasetQuery> Query, class Visitor>
+void VisitFields(Query& query, Visitor&& visit) {
+  auto& [folder, fabric, samples, captures, face, train, seed, split, save_split, aligned] = query;
+  visit(folder, Field{.key = "data",
+                      .doc = "folder of the published data set: lists it and evaluates predictors "
+                             "without a model",
+                      .is_path = true});
+  visit(fabric,
+        Field{.key = "data_fabric", .doc = "fabrics of the data set, as in 1,3-5; none: all"});
+  visit(samples, Field{.key = "samples", .doc = "samples of each fabric, as in 1,3-5; none: all"});
+  visit(captures,
+        Field{.key = "captures", .doc = "captures of each sample, as in 1,3-5; none: all"});
+  visit(face, Field{.key = "face",
+                    .doc = "face of the cloth that lies up: captures 1 and 2 show it up, 3 and 4 "
+                           "down",
+                    .choices = {"up", "down", "both"}});
+  visit(train, Field{.key = "train",
+                     .doc = "number of training samples of each fabric, the others are held out; "
+                            "0: each sample is held out in turn",
+                     .least = 0,
+                     .most = 9999});
+  visit(seed, Field{.key = "split_seed",
+                    .doc = "random seed of the split alone, so that it stays the same in other "
+                           "programs and runs",
+                    .least = 0});
+  visit(split, Field{.key = "split",
+                     .doc = "file of a stored split, used instead of a random one",
+                     .is_path = true});
+  visit(save_split,
+        Field{.key = "save_split", .doc = "file to store the split in", .is_path = true});
+  visit(aligned, Field{.key = "aligned",
+                       .doc = "with --data: also evaluate after the best rotation and reflection, "
+                              "which takes longer"});
+}
 
 // A data set: what the loader found, the split, and what it gives without a model.
 struct DatasetReport {

@@ -333,12 +333,6 @@ Photograph ReadPhotograph(const std::string& path) {
   return {{picture.width, picture.height, std::move(picture.samples)}, picture.exif};
 }
 
-GrayImage HardEdged(const GrayImage& image, float level) {
-  GrayImage hard = image;
-  for (float& coverage : hard.coverage) coverage = coverage >= level ? 1.0f : 0.0f;
-  return hard;
-}
-
 std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path) {
   const std::string bytes = ReadWholeFile(path);
   if (!LooksLikePng({bytes.begin(), bytes.begin() + std::min(bytes.size(), kSignatureSize)}))

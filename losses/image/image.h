@@ -53,11 +53,6 @@ struct Photograph {
 // Reads an image in colour, with what EXIF says about the camera.
 Photograph ReadPhotograph(const std::string& path);
 
-// Returns 1 where the coverage is at least `level`, else 0. The default level restores a hard-edged
-// picture that JPEG has blurred (grey < 128 is cloth). Most published silhouettes have grey edges,
-// which this function would spoil (mean squared change .0013).
-GrayImage HardEdged(const GrayImage& image, float level = 0.5f);
-
 // Writes an 8-bit PNG (a silhouette as black cloth on white). A silhouette's comment says of which
 // discs it is, where they are given. The write is atomic: throws InputError, naming the path, when
 // the folder or the disk does not allow it, and a file that existed before is then unchanged.

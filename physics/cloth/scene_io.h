@@ -5,6 +5,7 @@
 
 #include "physics/cloth/scene.h"
 #include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 
@@ -13,6 +14,20 @@ constexpr auto EnumNames(ContactModel) {
   return MakeNames<ContactModel>({{ContactModel::kNone, "none"},
                                   {ContactModel::kSupport, "support"},
                                   {ContactModel::kSelf, "self"}});
+}
+
+template <MutableOrConst<CusickContact> Contact, class Visitor>
+void VisitFields(Contact& contact, Visitor&& visit) {
+  auto& [model, thickness] = contact;
+  visit(model,
+        Field{.key = "contact",
+              .doc = "what the hanging cloth can touch: none; support: the support of the drape "
+                     "test; self: this and itself, which takes the CPU"});
+  visit(thickness, Field{.key = "thickness",
+                         .doc = "thickness of the cloth in contact",
+                         .unit = "m",
+                         .least = 0,
+                         .most = 0.01});
 }
 
 // Reads a scene from a JSON file that lists the terms that act. A term that is not listed is

@@ -4,23 +4,18 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
-#include <sstream>
 #include <string_view>
 #include <vector>
 
-#include "physics/material/built_in_fabric.h"
 #include "physics/material/material.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "physics/util/stored/csv_log.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -44,11 +39,57 @@ constexpr char kHowToRaise[] =
     "only the reference law accepts a negative stiffness; --min_relative_stiffness=0.1, where a "
     "program has it, raises such entries";
 
+// The largest numbers that files of materials may hold, in the mechanical convention: at least 1e3
+// times the stiffness of fabrics.
+constexpr double kMinDensity = 1e-5, kMaxDensity = 1e3;  // [kg/m²]
+constexpr double kMaxMembraneStiffness = 1e8;            // [N/m]
+constexpr double kMaxRigidity = 100.0;                   // [N·m]
+
 // The value in a file is the table entry × this factor.
 double StretchFactor(Convention c) { return c == Convention::kMechanical ? kMembranePerEntry : 1; }
 double BendFactor(Convention c) { return c == Convention::kMechanical ? 1 / kBendPerRigidity : 1; }
 const char* ConventionName(Convention c) {
   return c == Convention::kMechanical ? "mechanical" : "arcsim";
+}
+
+double ReadDensity(const JsonInput& input) {
+  const double density = input.Number();
+  if (density < kMinDensity || density > kMaxDensity)
+    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity));
+  return density;
+}
+
+// most: the largest size of the entry, in its unit.
+double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy) {
+  const double number = input.Number();
+  if (number < 0 && policy.rejects()) input.Fail(std::string("≥ 0 (") + kHowToRaise + ")");
+  if (std::abs(number) > most) input.Fail(Format("at most %g, far above any fabric's", most));
+  return number;
+}
+
+// The file that a path names, where it is the folder of a fit.
+std::string FindMaterialFile(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored)) {
+    const bool is_number = !path.empty() && path.find_first_not_of("0123456789-,") == path.npos;
+    if (is_number && !std::filesystem::exists(path, ignored))
+      throw InputError(path, "no such file; a fabric of the data set is named by --data_fabric");
+    return path;
+  }
+  const std::string file = path + "/material.json";
+  if (!std::filesystem::exists(file, ignored))
+    throw InputError(path, "found no material.json, expected the results of drape_fit");
+  return file;
+}
+
+// Raises small entries as the policy says.
+void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Material* material) {
+  if (policy.min_relative_stiffness == 0.0) return;
+  const int raised = RaiseSmallEntries(material->field, policy.min_relative_stiffness);
+  if (raised > 0)
+    material->warnings.push_back(
+        Format("%d entries of ", raised) + path +
+        Format(" were raised to %g of their column's largest", policy.min_relative_stiffness));
 }
 
 // Reads one fabric from its object in the file.
@@ -239,39 +280,6 @@ Material ReadFile(const std::string& path, const MaterialPolicy& policy) {
   return ReadOneFabric(document, file, pick, policy);
 }
 
-// A row of a table of bending measurements with the stretch of its base.
-Material ReadMeasuredBending(const BendingRow& row, const MaterialPolicy& policy) {
-  const std::string path = row.table + "#" + row.row;
-  const BendingMeasurement measured = ReadBendingRow(row);
-  if (row.base.empty())
-    throw InputError(path, "has bending alone, expected " + path +
-                               ":FILE, with the material file that "
-                               "gives the stretch");
-  if (SplitBendingRow(row.base))
-    throw InputError(row.base, "has bending alone, expected a material file with stretch as base");
-  Material material = ReadFile(row.base, policy);
-  if (measured.density < kMinDensity || measured.density > kMaxDensity)
-    throw InputError(path, Format("found a density of %g, expected %g to %g kg/m²",
-                                  measured.density, kMinDensity, kMaxDensity));
-  for (const double entry : std::span(measured.bend.entries(), kBendEntries)) {
-    if (std::abs(entry) > kMaxRigidity * kBendPerRigidity)
-      throw InputError(path, Format("found a rigidity of %g N m, expected at most %g, far above "
-                                    "any fabric's",
-                                    entry / kBendPerRigidity, kMaxRigidity));
-    if (entry >= 0 || (!policy.rejects() && !policy.warns())) continue;
-    const std::string found = Format("a rigidity of %g N m within 40 /m", entry / kBendPerRigidity);
-    if (policy.rejects())
-      throw InputError(path, "found " + found + ", expected ≥ 0 (" + kHowToRaise + ")");
-    material.warnings.push_back(path + " has " + found + ", which is negative and kept");
-  }
-  material.source = "bending of " + path + ", stretch of " + material.name;
-  material.name = MaterialLabel(path);
-  material.field.density = measured.density;
-  material.field.bend[0] = measured.bend;
-  material.source_convention = ConventionName(Convention::kMechanical);
-  return material;
-}
-
 template <int kRows, int kCols>
 void AppendTable(std::string& text, const double (&table)[kRows][kCols], double factor) {
   text += "[";
@@ -284,63 +292,6 @@ void AppendTable(std::string& text, const double (&table)[kRows][kCols], double 
     text += "]";
   }
   text += "\n  ]";
-}
-
-constexpr char kDensity[] = "density[kg.m-2]";
-// Names of columns of the CSV file by row of the bend table.
-constexpr const char* kLinear[kBendRows] = {"linear warp[SI*1e9]", "linear diag[SI*1e9]",
-                                            "linear weft[SI*1e9]"};
-constexpr const char* kNonlinear[kBendRows] = {"nonlinear warp[SI*1e12]", "nonlinear diag[SI*1e12]",
-                                               "nonlinear weft[SI*1e12]"};
-constexpr double kLinearUnit = 1e-9;      // [N·m]
-constexpr double kNonlinearUnit = 1e-12;  // [N·m²]
-constexpr double kCurvatureStep = 10.0;   // between columns [1/m]
-
-std::string Trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-CsvRow ReadFields(const std::string& line, const std::string& where) {
-  CsvRow fields = ParseCsvRow(line, where);
-  for (std::string& field : fields) field = Trimmed(field);
-  return fields;
-}
-
-// The lines that are not blank, with their numbers in the file.
-std::vector<std::pair<int, std::string>> ReadLines(const std::string& path) {
-  std::istringstream text(ReadWholeFile(path));
-  std::vector<std::pair<int, std::string>> lines;
-  int number = 0;
-  for (std::string line; std::getline(text, line);) {
-    ++number;
-    if (!Trimmed(line).empty()) lines.emplace_back(number, Trimmed(line));
-  }
-  return lines;
-}
-
-std::size_t FindColumn(const CsvRow& names, const std::string& name, const std::string& path) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  throw InputError(path + ":1", "column '" + name + "' is missing, found: " + Joined(names));
-}
-
-void RequireColumns(const CsvRow& names, const std::string& path) {
-  FindColumn(names, kDensity, path);
-  for (const auto& columns : {kLinear, kNonlinear})
-    for (int r = 0; r < kBendRows; ++r) FindColumn(names, columns[r], path);
-}
-
-int ParseRow(const BendingRow& row, int count) {
-  int number = 0;
-  const char* const end = row.row.data() + row.row.size();
-  const auto [parsed, error] = std::from_chars(row.row.data(), end, number);
-  if (error != std::errc() || parsed != end || number < 1 || number > count)
-    throw InputError(row.table, "has no row '" + row.row + "', expected " +
-                                    (count > 0 ? "1 to " + std::to_string(count)
-                                               : std::string("rows below the column names")));
-  return number;
 }
 
 // Appends the entries of each table as one row, in the convention of the file: entry × factor.
@@ -429,20 +380,6 @@ Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolic
 
 }  // namespace
 
-double ReadDensity(const JsonInput& input) {
-  const double density = input.Number();
-  if (density < kMinDensity || density > kMaxDensity)
-    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity));
-  return density;
-}
-
-double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy) {
-  const double number = input.Number();
-  if (number < 0 && policy.rejects()) input.Fail(std::string("≥ 0 (") + kHowToRaise + ")");
-  if (std::abs(number) > most) input.Fail(Format("at most %g, far above any fabric's", most));
-  return number;
-}
-
 MaterialPath SplitMaterialPath(const std::string& path) {
   std::error_code ignored;
   const size_t hash = path.rfind('#');
@@ -452,43 +389,14 @@ MaterialPath SplitMaterialPath(const std::string& path) {
   return {path.substr(0, hash), path.substr(hash + 1)};
 }
 
-std::string FindMaterialFile(const std::string& path) {
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(path, ignored)) {
-    const bool is_number = !path.empty() && path.find_first_not_of("0123456789-,") == path.npos;
-    if (is_number && !std::filesystem::exists(path, ignored))
-      throw InputError(path, "no such file; a fabric of the data set is named by --data_fabric");
-    return path;
-  }
-  const std::string file = path + "/material.json";
-  if (!std::filesystem::exists(file, ignored))
-    throw InputError(path, "found no material.json, expected the results of drape_fit");
-  return file;
-}
-
-void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Material* material) {
-  if (policy.min_relative_stiffness == 0.0) return;
-  const int raised = RaiseSmallEntries(material->field, policy.min_relative_stiffness);
-  if (raised > 0)
-    material->warnings.push_back(
-        Format("%d entries of ", raised) + path +
-        Format(" were raised to %g of their column's largest", policy.min_relative_stiffness));
-}
-
 std::string MaterialLabel(const std::string& path) {
-  const auto stem = [](const std::string& file) {
-    return std::filesystem::path(file).stem().string();
-  };
-  if (const auto row = SplitBendingRow(path)) return stem(row->table) + "#" + row->row;
   const MaterialPath split = SplitMaterialPath(path);
-  return stem(split.file) + (split.name.empty() ? "" : "#" + split.name);
+  return std::filesystem::path(split.file).stem().string() +
+         (split.name.empty() ? "" : "#" + split.name);
 }
 
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
-  if (path.ends_with(".csv") && std::filesystem::is_regular_file(path))
-    throw InputError(path, "is a table of several fabrics, select a row with '#1', '#2', …");
-  const std::optional<BendingRow> row = SplitBendingRow(path);
-  Material material = row ? ReadMeasuredBending(*row, policy) : ReadFile(path, policy);
+  Material material = ReadFile(path, policy);
   RaiseEntries(path, policy, &material);
   return material;
 }
@@ -515,46 +423,6 @@ void WriteMaterial(const std::string& path, const Material& material, Convention
   WriteFileAtomically(path, MaterialText(material, convention));
 }
 
-std::optional<BendingRow> SplitBendingRow(const std::string& path) {
-  constexpr char kEnd[] = ".csv#";
-  const std::size_t at = path.find(kEnd);
-  std::error_code ignored;
-  if (at == std::string::npos || std::filesystem::exists(path, ignored)) return std::nullopt;
-  const std::size_t hash = at + sizeof kEnd - 2;
-  const std::size_t colon = std::min(path.find(':', hash), path.size());
-  const std::string row = path.substr(hash + 1, colon - hash - 1);
-  if (row.find('/') != std::string::npos) return std::nullopt;  // of a folder
-  return BendingRow{path.substr(0, hash), row,
-                    colon < path.size() ? path.substr(colon + 1) : std::string()};
-}
-
-BendingMeasurement ReadBendingRow(const BendingRow& row) {
-  const auto lines = ReadLines(row.table);
-  if (lines.empty()) throw InputError(row.table, "is empty, expected a line of column names");
-  const CsvRow names = ReadFields(lines[0].second, row.table + ":1");
-  RequireColumns(names, row.table);
-  const int number = ParseRow(row, static_cast<int>(lines.size()) - 1);
-  const auto& [line, text] = lines[static_cast<std::size_t>(number)];
-  const std::string where = row.table + ":" + std::to_string(line);
-  const auto read = [&](const std::string& column, const CsvRow& fields) {
-    return ParseCsvNumber(fields[FindColumn(names, column, row.table)],
-                          where + ": column '" + column + "'");
-  };
-  const CsvRow fields = ReadFields(text, where);
-  if (fields.size() != names.size())
-    throw InputError(where, "found " + std::to_string(fields.size()) + " fields, expected " +
-                                std::to_string(names.size()));
-  BendingMeasurement measured;
-  measured.density = read(kDensity, fields);
-  for (int r = 0; r < kBendRows; ++r) {
-    const double linear = kLinearUnit * read(kLinear[r], fields);
-    const double nonlinear = kNonlinearUnit * read(kNonlinear[r], fields);
-    for (int k = 0; k < kBendCols; ++k)
-      measured.bend.b[r][k] = kBendPerRigidity * (linear + kCurvatureStep * k * nonlinear);
-  }
-  return measured;
-}
-
 void WriteMaterialField(const std::string& path, const Material& material, const Mesh& mesh) {
   const MaterialField& field = material.field;
   CHECK_EQ(field.stretch.size(), static_cast<std::size_t>(mesh.num_faces()));
@@ -573,8 +441,7 @@ void WriteMaterialField(const std::string& path, const Material& material, const
 
 Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const MaterialPolicy& policy) {
   const std::string file = FindMaterialFile(path);
-  const bool may_be_field = path != kBuiltInName && !SplitBendingRow(path) &&
-                            !path.ends_with(".csv") && SplitMaterialPath(file).name.empty();
+  const bool may_be_field = path != kBuiltInName && SplitMaterialPath(file).name.empty();
   if (!may_be_field) return ReadMaterial(path, policy);
   const json document = ReadJsonFile(file);
   if (!document.is_object() || document.value("format", json()) != kMaterialFieldFormat)

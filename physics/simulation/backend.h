@@ -14,8 +14,7 @@ namespace drape {
 
 // One rollout of a batch. The pointed-to objects outlive the call. Here and in all derivatives by
 // the material the entries are those of MaterialField, in ARCSim's convention [MODEL, M9]: half the
-// membrane stiffness, four times the rigidity. Files are in the mechanical convention:
-// material.json, and gradient.json of drape_simulate, have the same shapes and units.
+// membrane stiffness, four times the rigidity. Files are in the mechanical convention.
 struct RolloutInput {
   const MaterialField* material = nullptr;
   const State* start = nullptr;

@@ -67,10 +67,7 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(centre, Field{.key = "centre",
                       .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; "
                              "outline: found from the outline, from there on"});
-  visit(angles, Field{.key = "angles",
-                      .doc = "number of rays at which the outline is compared",
-                      .least = 31,
-                      .most = 3600});
+  visit(angles, Field{.key = "angles", .least = 31, .most = 3600, .is_option = false});
 }
 
 // An image of a drape, or what the camera sees of a published mesh, which has been turned onto its

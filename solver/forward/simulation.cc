@@ -42,7 +42,6 @@ class Simulation {
   SimulationResult Run() {
     RunSteps();
     if (task_.newton && IsDone()) RunNewton();
-    if (task_.gradient_weights && IsDone()) RunGradient();
     return std::move(result_);
   }
 
@@ -112,9 +111,7 @@ class Simulation {
   }
 
   void Report() const {
-    // A gradient costs about as much as two more rollouts.
-    const double share = task_.gradient_weights ? 1.0 / 3.0 : 1.0;
-    control_.Report(share * result_.steps / task_.steps,
+    control_.Report(double(result_.steps) / task_.steps,
                     "step " + std::to_string(result_.steps) + " of " + std::to_string(task_.steps));
   }
 
@@ -154,20 +151,6 @@ class Simulation {
     if (cancelled || rest.status == EquilibriumStatus::kNotConverged)
       Stop(cancelled, result_.status);
     result_.seconds.emplace_back("newton", Lap());
-  }
-
-  void RunGradient() {
-    RolloutOptions all = step_;
-    all.steps = task_.steps;
-    RolloutGradient gradient =
-        DifferentiateRollout(backend_, *task_.material, task_.start, all, *task_.gradient_weights);
-    if (gradient.status == RolloutStatus::kOk) {
-      result_.gradient = std::move(gradient);
-    } else {
-      Stop(gradient.status == RolloutStatus::kCancelled,
-           std::string("gradient: ") + ToString(gradient.status));
-    }
-    result_.seconds.emplace_back("gradient", Lap());
   }
 
   Backend& backend_;

@@ -39,7 +39,6 @@ struct SimulationTask {
   bool newton = false;     // Newton's method after the steps
   std::vector<int> stops;  // steps whose states go to `on_state`, 0 … steps
   std::function<void(int step, const State& state)> on_state;  // also after a step that failed
-  std::optional<Eigen::VectorXd> gradient_weights;  // of a loss at the end (DifferentiateRollout)
 };
 
 enum class SimulationOutcome { kDone, kFailed, kCancelled };
@@ -50,7 +49,6 @@ struct SimulationResult {
   int steps = 0;              // complete
   State end;                  // the last good one
   std::optional<int> newton_iterations;
-  std::optional<RolloutGradient> gradient;
   std::vector<std::pair<std::string, double>> seconds;  // by phase [s]
 };
 

@@ -88,28 +88,20 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(mesh, Field{.key = "mesh",
                     .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
                     .is_path = true,
-                    .word = "disc:"});
+                    .words = {"disc:"}});
   visit(search_mesh,
         Field{.key = "search_mesh",
               .doc = "cloth on which the branch and the first numbers are found, when it has "
                      "fewer vertices than `mesh`; the fit then goes on on finer ones up to "
                      "`mesh`, and the result has an estimate of its mesh error",
               .is_path = true,
-              .word = "disc:"});
+              .words = {"disc:"}});
   visit(coarse_mesh, Field{.key = "coarse_mesh",
                            .doc = "cloth on which the initial guesses are ranked",
                            .is_path = true,
-                           .word = "disc:"});
+                           .words = {"disc:"}});
   visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
-  visit(contact.model, Field{.key = "contact",
-                             .doc = "what the hanging cloth can touch: none; support: the support "
-                                    "of the drape test; self: this and itself, which takes the "
-                                    "CPU"});
-  visit(contact.thickness, Field{.key = "thickness",
-                                 .doc = "thickness of the cloth in contact",
-                                 .unit = "m",
-                                 .least = 0,
-                                 .most = 0.01});
+  VisitFields(contact, visit);
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "

@@ -84,11 +84,6 @@ const BadInput kBadInputs[] = {
        return StartShape({0.1, 0.09, 0.08});
      },
      "expected a root mean square height of at most 0.1 m"},
-    {"AbsurdWeights", "gradient_weights", "w.json",
-     [] {
-       return nlohmann::json({{"w", std::vector<double>(360, 1e308)}}).dump();
-     },
-     "'w[0]'"},
     {"AbsurdGravity", "scene", "g.json",
      [] { return std::string(R"({"gravity": [0, 0, -1e308]})"); }, "'gravity[2]'"},
     {"AbsurdHandles", "scene", "g.json",
@@ -100,12 +95,10 @@ const BadInput kBadInputs[] = {
     {"StateOfAnotherMesh", "start", "s.json",
      [] { return std::string(R"({"x": [[0,0,0]], "v": [[0,0,0]]})"); }, "120"},
     {"UnknownStart", "start", "s.json", [] { return std::string("{}"); }, "start shape"},
-    {"WeightsOfAnotherMesh", "gradient_weights", "w.json",
-     [] { return std::string(R"({"w": [1, 2]})"); }, "an array of 360"},
     {"NoImage", "image", "nothing.png", nullptr, "nothing.png: cannot be read"},
     {"EmptyImage", "image", "a.png", [] { return std::string(); }, "a.png"},
     {"UnknownConfigKey", "config", "c.json", [] { return std::string(R"({"stpes": 3})"); },
-     "unknown key 'stpes', allowed: mesh material"},
+     "unknown key 'stpes', allowed: mesh fabric"},
     {"ConfigOfAWrongType", "config", "c.json", [] { return std::string(R"({"steps": "3"})"); },
      "key 'steps': found \"3\", expected a number, 0 … 1000000"},
     {"ConfigOutOfRange", "config", "c.json", [] { return std::string(R"({"time_step": 0})"); },

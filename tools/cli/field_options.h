@@ -3,25 +3,26 @@
 
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "physics/util/options/enum_names.h"
-#include "physics/util/options/field.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {
 
-// An enum as an option, by the names of its values.
+// The option of an enum, by the names of its values.
 template <NamedEnum E>
-Option EnumOption(const std::string& key, E& value, const std::string& doc) {
-  Option option{.key = key,
-                .value = EnumField{[&value] { return std::string(ToString(value)); },
-                                   [&value, key](const std::string& text) {
-                                     value = ParseName<E>(text, "option '" + key + "'");
-                                   }},
-                .doc = doc};
+Option EnumOption(E& value, Option option) {
+  option.value = EnumField{[&value] { return std::string(ToString(value)); },
+                           [&value, where = "option '" + option.key + "'"](
+                               const std::string& text) { value = ParseName<E>(text, where); }};
   for (const auto& [named, name] : EnumNames(E{})) option.choices.push_back(name);
   return option;
+}
+template <NamedEnum E>
+Option EnumOption(const std::string& key, E& value, const std::string& doc) {
+  return EnumOption(value, {.key = key, .doc = doc});
 }
 
 // The options of a struct whose fields are described (VisitFields), in the order of their visit.
@@ -29,21 +30,14 @@ Option EnumOption(const std::string& key, E& value, const std::string& doc) {
 template <class Options>
 std::vector<Option> FieldOptionList(Options& options) {
   std::vector<Option> list;
-  VisitFields(options, [&](auto& value, const Field& field) {
+  VisitFields(options, [&](auto& value, Option field) {
     using T = std::remove_reference_t<decltype(value)>;
     if (!field.is_option) return;
     if constexpr (NamedEnum<T>) {
-      list.push_back(EnumOption(field.key, value, field.doc));
+      list.push_back(EnumOption(value, std::move(field)));
     } else if constexpr (std::is_constructible_v<Option::Value, T*>) {
-      list.push_back({.key = field.key,
-                      .value = &value,
-                      .doc = field.doc,
-                      .unit = field.unit,
-                      .least = field.least,
-                      .most = field.most,
-                      .above_least = field.above_least,
-                      .is_path = field.is_path});
-      if (*field.word != '\0') list.back().words = {field.word};
+      field.value = &value;
+      list.push_back(std::move(field));
     }
   });
   return list;

@@ -1,49 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-#include <limits>
 #include <memory>
 #include <set>
 #include <string>
-#include <variant>
 #include <vector>
+
+#include "physics/util/options/field.h"
 
 namespace drape {
 
 struct StoredRun;
 
-// An enum, which a user writes by the names of its values (option.choices).
-struct EnumField {
-  std::function<std::string()> name;
-  std::function<void(const std::string&)> set;
-};
-
-// One option of a tool. The field that `value` points to holds the default before Parse and the
-// user's choice after it, so a default stands in one place: the options struct.
-struct Option {
-  using Value = std::variant<std::string*, int*, double*, bool*, std::vector<int>*,
-                             std::vector<double>*, std::vector<std::string>*, EnumField>;
-
-  std::string key;
-  Value value;
-  std::string doc;                                          // one line
-  std::string unit = {};                                    // empty: none
-  double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
-  double most = std::numeric_limits<double>::infinity();
-  bool above_least = false;               // the least itself is excluded
-  std::vector<std::string> choices = {};  // of a text; empty: any text
-  // A text is a path: relative to the folder of the config file that holds it, or, on the command
-  // line, to the working directory.
-  bool is_path = false;
-  std::vector<std::string> words =
-      {};                 // texts that are no paths: "flat", or, with a colon, a prefix
-  bool required = false;  // no default: the user must give it
-  // A repetition of a run takes it from the summary; false: where and how one run is made, such as
-  // the paths of its results.
-  bool repeated = true;
-  std::string group = {};  // heading in --help=all; empty: "options"
-};
+// One option of a tool.
+using Option = Field;
 
 // The options under one heading of --help=all.
 std::vector<Option> Grouped(const std::string& group, std::vector<Option> options);
@@ -95,6 +65,9 @@ struct OptionTable {
   // file and the key; an unknown key lists the allowed.
   std::shared_ptr<StoredRun> ReadConfig(const std::string& path) const;
 
+  // The option of a key; nullptr: there is none.
+  const Option* Find(const std::string& key) const;
+
   // InputError unless each required option has a value.
   void CheckRequired() const;
 };
@@ -103,9 +76,9 @@ enum class ParseOutcome { kRun, kHelpShown };
 
 // Reads the command line into the table's fields: --config=FILE first, then the flags on top of it
 // (--key=value, --key value, --switch, --noswitch). --help prints the common options, --help=all
-// all of them, and asks to end; --version too. glog's own flags (--v, --logtostderr, …) are passed
-// on. *run, where given: that of a config which is a summary. Throws InputError for an unknown flag
-// (it suggests the nearest), a missing value, and whatever Set, ReadConfig and CheckRequired throw.
+// all of them, and asks to end; --version too. *run, where given: that of a config which is a
+// summary. Throws InputError for an unknown flag (it suggests the nearest), a missing value, and
+// whatever Set, ReadConfig and CheckRequired throw.
 ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv,
                               std::shared_ptr<const StoredRun>* run = nullptr);
 

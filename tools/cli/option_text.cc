@@ -119,19 +119,15 @@ std::string WordsText(const std::vector<std::string>& words) {
   });
 }
 
-// What follows the key of an option: " <number>, 0 … 5 [m], default: 1".
-std::string FactsText(const Option& option) {
-  std::string text = "  <" + TypeText(option) + ">";
+// "  --key  <number>, 0 … 5 [m], default: 1", and what it means.
+std::string Describe(const Option& option) {
+  std::string text = "  --" + option.key + "  <" + TypeText(option) + ">";
   if (!option.words.empty()) text += " or " + WordsText(option.words);
   const std::string range = RangeText(option), value = ValueText(option);
   if (!range.empty()) text += ", " + range;
   if (!option.unit.empty()) text += " [" + option.unit + "]";
-  if (option.required) return text + ", required";
-  return text + (value.empty() ? ", default: none" : ", default: " + value);
-}
-
-std::string Describe(const Option& option) {
-  return Wrap("  --" + option.key + FactsText(option) + "\n      " + option.doc, "      ");
+  text += option.required ? ", required" : ", default: " + (value.empty() ? "none" : value);
+  return Wrap(text + "\n      " + option.doc, "      ");
 }
 
 // Options and their headings, in the order in which they are shown.
@@ -143,10 +139,9 @@ struct HelpSection {
 HelpSection CommonSection(const OptionTable& table) {
   HelpSection section{"common options", {}};
   for (const std::string& key : table.common) {
-    const auto option = std::find_if(table.options.begin(), table.options.end(),
-                                     [&](const Option& one) { return one.key == key; });
-    CHECK(option != table.options.end()) << table.tool << " has no option " << key;
-    section.options.push_back(&*option);
+    const Option* option = table.Find(key);
+    CHECK(option != nullptr) << table.tool << " has no option " << key;
+    section.options.push_back(option);
   }
   return section;
 }
@@ -194,8 +189,7 @@ constexpr char kCommonNotes[] =
     "--config: JSON file with any of these keys (// comments allowed); its paths are relative to "
     "its folder; options of the command line take precedence. A summary of an earlier run: its "
     "options again, which repeats it\n"
-    "--version: the version. The flags --v, --vmodule, --logtostderr, --minloglevel and --log_dir "
-    "of glog work as well.\n";
+    "--version: the version. The environment variable GLOG_v=1 shows more messages.\n";
 
 }  // namespace
 
@@ -226,14 +220,6 @@ std::vector<Option> OfOneRun(std::vector<Option> options) {
 
 namespace {
 
-// Every option, the common ones first.
-std::vector<HelpSection> AllSections(const OptionTable& table) {
-  const HelpSection common = CommonSection(table);
-  std::vector<HelpSection> sections = OtherSections(table, common);
-  if (!common.options.empty()) sections.insert(sections.begin(), common);
-  return sections;
-}
-
 std::string UsageText(const OptionTable& table) {
   std::string usage =
       table.tool + (table.operands ? " " + table.operand_names : "") + " [--config=FILE]";
@@ -257,20 +243,10 @@ std::string RoffText(const std::string& text) {
 }  // namespace
 
 std::string ManPage(const OptionTable& table) {
-  std::string page = ".\\\" -*- coding: UTF-8 -*-\n.TH " + table.tool + " 1 \"\" \"drapefit " +
-                     BuildVersion() + "\" \"User commands\"\n.SH NAME\n" + RoffText(table.tool) +
-                     " \\- " + RoffText(table.summary) + "\n.SH SYNOPSIS\n" +
-                     RoffText(UsageText(table)) + "\n.SH OPTIONS\n";
-  for (const HelpSection& section : AllSections(table)) {
-    page += ".SS " + RoffText(section.title) + "\n";
-    for (const Option* option : section.options)
-      page += ".TP\n\\fB" + RoffText("--" + option->key) + "\\fR" + RoffText(FactsText(*option)) +
-              "\n" + RoffText(option->doc) + "\n";
-  }
-  page += ".SH EXAMPLES\n.nf\n" + RoffText(table.example) + "\n.fi\n.SH NOTES\n";
-  std::istringstream notes(table.notes + kCommonNotes);
-  for (std::string line; std::getline(notes, line);) page += ".PP\n" + RoffText(line) + "\n";
-  return page + ".SH SEE ALSO\ndrapefit(1)\n";
+  return ".\\\" -*- coding: UTF-8 -*-\n.TH " + table.tool + " 1 \"\" \"drapefit " + BuildVersion() +
+         "\" \"User commands\"\n.SH NAME\n" + RoffText(table.tool) + " \\- " +
+         RoffText(table.summary) + "\n.SH OPTIONS\n.nf\n" + RoffText(table.Help(HelpScope::kAll)) +
+         ".fi\n.SH SEE ALSO\ndrapefit(1)\n";
 }
 
 std::string CompletionWords(const OptionTable& table) {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
@@ -39,11 +40,19 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kMostBytes = 1 << 30;  // of a file that ReadWholeFile reads
 
+bool IsSha256(const std::string& text) {
+  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+           return std::isdigit(c) != 0 || (c >= 'a' && c <= 'f');
+         });
+}
+
 InputFile ReadInputFile(const JsonInput& input) {
   input.ExpectKeys({"path", "bytes", "sha256"});
-  return {input.At("path").String(),
-          static_cast<std::uintmax_t>(input.At("bytes").IntegerWithin(0, kMostBytes)),
-          input.At("sha256").String()};
+  InputFile file{input.At("path").String(),
+                 static_cast<std::uintmax_t>(input.At("bytes").IntegerWithin(0, kMostBytes)),
+                 input.At("sha256").String()};
+  if (!IsSha256(file.sha256)) input.At("sha256").Fail("64 hexadecimal digits");
+  return file;
 }
 
 // "3,210 bytes with SHA-256 12ab34cd56ef…".
@@ -59,7 +68,7 @@ struct Record {
   Clock::time_point start;
   ordered_json command, working_directory;
   // Once they are read:
-  ordered_json options, operands, given, continues, threads;
+  ordered_json options, operands, given, threads;
   std::string out;                  // the option of that name
   bool may_use_gpu = false;         // the option `backend` does not say cpu
   std::vector<std::string> places;  // paths of inputs, as options and operands name them
@@ -151,24 +160,6 @@ ordered_json FilesJson(const std::set<InputFile>& files) {
   for (const InputFile& file : files)
     list.push_back({{"path", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
   return list;
-}
-
-// The commands of the runs that this one continues, the earliest first, from the summary of the
-// latest run.
-ordered_json ContinuedRuns(const OptionTable& table, const std::string& out) {
-  ordered_json runs = ordered_json::array();
-  for (const char* name : {"summary.json", "bench.json"}) try {
-      const std::string path = out + "/" + name;
-      if (!fs::exists(path)) continue;
-      const nlohmann::json summary = ParseJson(ReadOwnFile(path), path);
-      const nlohmann::json& earlier = summary.at("provenance");
-      if (earlier.at("program") != table.tool) continue;
-      for (const nlohmann::json& run : earlier.value("continues", nlohmann::json::array()))
-        runs.push_back(ordered_json(run));
-      runs.push_back({{"command", earlier.at("command")}, {"started", earlier.at("started")}});
-    } catch (const std::exception&) {  // it says nothing of its run
-    }
-  return runs;
 }
 
 void AddPlaces(const Option& option, std::vector<std::string>* places) {
@@ -313,7 +304,6 @@ void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun>
   if (table.given != nullptr) record.given = *table.given;
   record.options = ordered_json::object();
   for (const Option& option : table.options) RecordOption(option, &record);
-  if (record.options.value("resume", false)) record.continues = ContinuedRuns(table, record.out);
   ObserveReads(RecordRead);
 }
 
@@ -327,7 +317,6 @@ ordered_json MakeProvenance() {
   CheckRead(record);
   ordered_json json = CommandJson(record);
   if (!record.program.empty()) {
-    if (!record.continues.empty()) json["continues"] = record.continues;
     json["options"] = record.options;
     if (!record.operands.is_null()) json["operands"] = record.operands;
     if (!record.given.is_null()) json["given"] = record.given;

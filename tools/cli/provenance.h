@@ -47,8 +47,8 @@ StoredRun ReadStoredRun(const JsonInput& provenance, const std::string& summary,
 // read.
 void CheckInputs(const StoredRun& run);
 
-// Provenance: the member of each summary from which its run can be repeated. A
-// process has one record.
+// Provenance: the member of each summary from which its run can be repeated. A process has one
+// record.
 
 // Begins the record of a run with its command line. Files that are read from now on are configs.
 void RecordCommand(int argc, char** argv);

@@ -5,7 +5,6 @@
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/accuracy_table.h"
-#include "tools/inputs/built_in_accuracy.h"
 
 namespace drape {
 namespace {

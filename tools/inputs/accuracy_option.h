@@ -12,6 +12,9 @@
 
 namespace drape {
 
+// configs/accuracy.json as of the build.
+extern const char* const kBuiltInAccuracy;
+
 // --accuracy: mesh, integrator and steps from a table instead of by hand.
 struct AccuracyChoice {
   std::string accuracy;            // AccuracyTable::Pick; empty: no choice

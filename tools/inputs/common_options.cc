@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/scene_io.h"
 #include "physics/util/errors.h"
 #include "tools/cli/field_options.h"
 
@@ -124,46 +123,15 @@ std::vector<Option> CellOptions(CellChoice& choice) {
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
-  const std::vector<Option> mesh = {
-      {.key = "mesh",
-       .value = &scene.mesh,
-       .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
-              "strip:LENGTHxWIDTHxN for a strip [m] with N edges along its length",
-       .is_path = true,
-       .words = {"disc:", "strip:"}},
-  };
-  const std::vector<Option> law = {
-      LawOption(scene.law),
-      EnumOption("contact", scene.contact.model,
-                 "what the hanging cloth can touch: none; support: the support of the drape test; "
-                 "self: this and itself, which takes the CPU"),
-      {.key = "thickness",
-       .value = &scene.contact.thickness,
-       .doc = "thickness of the cloth in contact",
-       .unit = "m",
-       .least = 0,
-       .most = 0.01},
-  };
-  return Concatenate(mesh, FieldOptionList(scene.fabric), law, FieldOptionList(scene.discs));
-}
-
-std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }
-
-std::vector<Option> SceneOptions(SceneInput& scene) {
-  std::vector<Option> options = ClothOptions(scene);
-  options.push_back({.key = "start",
-                     .value = &scene.start,
-                     .doc = "initial shape: flat, or the file of a start shape or a state",
-                     .is_path = true,
-                     .words = {"flat"}});
-  options.push_back({.key = "scene",
-                     .value = &scene.scene,
-                     .doc = "loads and supports: cusick, or a scene file, such as "
-                            "configs/scenes/two_corners.json",
-                     .is_path = true,
-                     .words = {"cusick"}});
+  std::vector<Option> options = SceneOptions(scene);
+  std::erase_if(
+      options, [](const Option& option) { return option.key == "start" || option.key == "scene"; });
   return options;
 }
+
+std::vector<Option> SceneOptions(SceneInput& scene) { return FieldOptionList(scene); }
+
+std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }
 
 std::vector<Option> PoolOptionRows(LearningOptions& learning) {
   return {
@@ -189,5 +157,7 @@ std::vector<Option> PoolOptionRows(LearningOptions& learning) {
        .most = 100000},
   };
 }
+
+std::vector<Option> DatasetOptions(DatasetQuery& query) { return FieldOptionList(query); }
 
 }  // namespace drape

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/dataset/trivial_predictors.h"
 #include "physics/material/laws/law_kind.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/cells/share.h"
@@ -44,6 +45,8 @@ std::vector<Option> ClothOptions(SceneInput& scene);
 std::vector<Option> SceneOptions(SceneInput& scene);
 // The pool of drapes from which a fabric is learned, and its further rounds.
 std::vector<Option> PoolOptionRows(LearningOptions& learning);
+// The data set and its split.
+std::vector<Option> DatasetOptions(DatasetQuery& query);
 // What sets the camera.
 std::vector<Option> CameraOptions(CameraInput& camera);
 

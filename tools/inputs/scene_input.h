@@ -7,6 +7,7 @@
 
 #include "losses/camera/camera.h"
 #include "physics/cloth/cloth_model.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/cloth/state.h"
 #include "solver/prediction/fabric_source.h"
 
@@ -22,6 +23,31 @@ struct SceneInput {
   DiscsInput discs;                // FindDiscs
   std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)
 };
+
+template <MutableOrConst<SceneInput> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [mesh, fabric, law, scene, contact, discs, start] = options;
+  visit(mesh, Field{.key = "mesh",
+                    .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
+                           "strip:LENGTHxWIDTHxN for a strip [m] with N edges along its length",
+                    .is_path = true,
+                    .words = {"disc:", "strip:"}});
+  VisitFields(fabric, visit);
+  visit(law, Field{.key = "law",
+                   .doc = "constitutive law: how stiffness depends on strain and curvature",
+                   .choices = {"reference", "smooth"}});
+  VisitFields(contact, visit);
+  VisitFields(discs, visit);
+  visit(start, Field{.key = "start",
+                     .doc = "initial shape: flat, or the file of a start shape or a state",
+                     .is_path = true,
+                     .words = {"flat"}});
+  visit(scene, Field{.key = "scene",
+                     .doc = "loads and supports: cusick, or a scene file, such as "
+                            "configs/scenes/two_corners.json",
+                     .is_path = true,
+                     .words = {"cusick"}});
+}
 
 struct LoadedScene {
   std::shared_ptr<const ClothModel> model;

@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <limits>
+#include <string>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 namespace drape {
 
-// A field of an options struct, described in one place. Such a struct has, beside it,
+// An enum, which a user writes by the names of its values (Field::choices).
+struct EnumField {
+  std::function<std::string()> name;
+  std::function<void(const std::string&)> set;
+};
+
+// The description of an option: a field of an options struct, or an option of one program alone.
+// Such a struct has, beside it,
 //   template <MutableOrConst<MyOptions> Options, class Visitor>
 //   void VisitFields(Options& options, Visitor&& visit) {
 //     auto& [a, b] = options;  // a field that is missing here does not compile
@@ -16,16 +26,31 @@ namespace drape {
 // from which follow its check (CheckFields), its place in the key of a checkpoint, and its options
 // on a command line. The struct's own initialisers are the defaults.
 struct Field {
-  const char* key = "";
-  const char* doc = "";                                     // one line, for --help
-  const char* unit = "";                                    // empty: none
+  using Value = std::variant<std::string*, int*, double*, bool*, std::vector<int>*,
+                             std::vector<double>*, std::vector<std::string>*, EnumField>;
+
+  std::string key = {};
+  // Points to what holds the default before a command line is read and the user's choice after it.
+  // VisitFields leaves it out.
+  Value value = {};
+  std::string doc = {};                                     // one line, for --help
+  std::string unit = {};                                    // empty: none
   double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
   double most = std::numeric_limits<double>::infinity();
-  bool above_least = false;  // the least itself is excluded
-  bool is_option = true;     // on the command line
-  bool in_key = true;        // of a checkpoint: another value is another fit
-  bool is_path = false;      // of a text
-  const char* word = "";     // with is_path: a prefix of texts that are no paths, "disc:"
+  bool above_least = false;               // the least itself is excluded
+  bool is_option = true;                  // on the command line
+  bool in_key = true;                     // of a checkpoint: another value is another fit
+  std::vector<std::string> choices = {};  // of a text; empty: any text
+  // A text is a path: relative to the folder of the config file that holds it, or, on the command
+  // line, to the working directory.
+  bool is_path = false;
+  // Texts that are no paths: "flat", or, with a colon, a prefix.
+  std::vector<std::string> words = {};
+  bool required = false;  // no default: the user must give it
+  // A repetition of a run takes it from the summary; false: where and how one run is made, such as
+  // the paths of its results.
+  bool repeated = true;
+  std::string group = {};  // heading in --help=all; empty: "options"
 };
 
 template <class Options, class Struct>

@@ -34,7 +34,7 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                     .doc = "mannequin:stand, mannequin:walk, mannequin:turn, mannequin:jump, or "
                            "the OBJ files of a body of your own, DIR/body_%04d.obj",
                     .is_path = true,
-                    .word = "mannequin:"});
+                    .words = {"mannequin:"}});
   visit(body_fps, Field{.key = "body_fps",
                         .doc = "files of a body of your own for each second",
                         .unit = "1/s",

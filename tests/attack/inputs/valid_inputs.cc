@@ -219,8 +219,6 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   const Mesh mesh = MakeDisc({.target_vertices = 100});
   WriteObj(folder + "disc.obj", mesh, mesh.rest_x);
   WriteState(folder + "state.json", {mesh.rest_x, 0 * mesh.rest_x});
-  WriteText(folder + "weights.json",
-            nlohmann::json({{"w", std::vector<double>(mesh.rest_x.size(), 0.1)}}).dump());
   const Material wool = ReadMaterial(folder + "wool.json");
   WriteMaterialField(folder + "field.json", FieldOn(mesh, wool), mesh);
   WriteText(folder + "published.json",

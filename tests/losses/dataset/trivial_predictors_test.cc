@@ -122,14 +122,12 @@ TEST_F(TrivialPredictorsOfDiscs, AnotherFabricAndFacesThatAreNotKnown) {
   EXPECT_EQ(Row(predictors, "another sample, same face").pairs, 6);
 }
 
-TEST(ObserveCaptures, ReadsAndMayHarden) {
+TEST(ObserveCaptures, ReadsTheSilhouette) {
   const SyntheticDataset tree;
   const Capture capture{.fabric = 1, .sample = 1, .capture = 1, .image = tree.AddImage("a.jpg")};
-  const auto seen = ObserveCaptures({capture}, Camera()),
-             hard = ObserveCaptures({capture}, Camera(), true);
+  const auto seen = ObserveCaptures({capture}, Camera());
   EXPECT_EQ(seen[0].drape.image.coverage, ReadSilhouette(capture.image).image.coverage);
-  EXPECT_EQ(hard[0].drape.image.coverage, HardEdged(seen[0].drape.image).coverage);
-  EXPECT_EQ(hard[0].drape.shape.folds, 5);
+  EXPECT_EQ(seen[0].drape.shape.folds, 5);
 }
 
 }  // namespace

@@ -302,21 +302,5 @@ TEST(WritePng, KeepsTheDiscsOfADrape) {
   EXPECT_EQ(ReadPngDiscs(folder / "d.png"), std::nullopt);
 }
 
-// JPEG blurs a hard edge; the threshold brings the picture back bit for bit.
-TEST(HardEdged, UndoesJpeg) {
-  std::vector<uint8_t> gray(64 * 64, 255);
-  GrayImage expected(64, 64);
-  for (int i = 0; i < 64 * 64; ++i) {
-    if (std::hypot(i % 64 - 31.5, i / 64 - 31.5) > 20.3) continue;
-    gray[i] = 0;
-    expected.coverage[i] = 1;
-  }
-  const TempFolder folder;
-  WriteAll(folder / "a.jpg", EncodeJpeg(gray, 64, 64, 1));
-  const GrayImage image = ReadImage(folder / "a.jpg");
-  EXPECT_NE(image.coverage, expected.coverage);
-  EXPECT_EQ(HardEdged(image).coverage, expected.coverage);
-}
-
 }  // namespace
 }  // namespace drape

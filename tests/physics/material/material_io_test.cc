@@ -112,6 +112,11 @@ TEST_F(MaterialIo, AFolderIsTheResultOfAFit) {
   EXPECT_EQ(MaterialText(ReadMaterial(Path(""))), MaterialText(ReadMaterial(kBuiltInName)));
 }
 
+TEST_F(MaterialIo, ALabelHasTheNameInTheFile) {
+  EXPECT_EQ(MaterialLabel("x/a.json#felt"), "a#felt");
+  EXPECT_EQ(MaterialLabel("x/a.json"), "a");
+}
+
 TEST_F(MaterialIo, ANumberIsNoFabric) {
   EXPECT_INPUT_ERROR(ReadMaterial("2"), "2: no such file; a fabric of the data set is named by");
 }

@@ -54,14 +54,6 @@ TEST_F(SimulationTest, NewtonEndsAtRest) {
   EXPECT_LT(ForceResidual(backend_->model(), material_, result.end.x), 1e-6);
 }
 
-TEST_F(SimulationTest, BothModesOfTheGradientAgree) {
-  SimulationTask task = Task(10);
-  task.gradient_weights = Eigen::VectorXd::Ones(backend_->model().num_dofs());
-  const SimulationResult result = Simulate(*backend_, task, {});
-  ASSERT_TRUE(result.gradient.has_value()) << result.status;
-  EXPECT_LT(result.gradient->Disagreement(), 1e-8);
-}
-
 TEST_F(SimulationTest, ACancelKeepsTheLastState) {
   std::atomic<bool> cancel = false;
   int states = 0;

@@ -7,7 +7,7 @@
 
 #include "tests/physics/file_fixture.h"
 #include "tools/cli/field_options.h"
-#include "tools/cli/progress.h"
+#include "tools/cli/tool_main.h"
 
 namespace drape {
 namespace {

@@ -9,7 +9,7 @@
 #include "physics/cloth/state.h"
 #include "solver/forward/accuracy_table.h"
 #include "solver/studies/bench/work_precision.h"
-#include "tools/inputs/built_in_accuracy.h"
+#include "tools/inputs/accuracy_option.h"
 
 namespace drape::test {
 namespace {

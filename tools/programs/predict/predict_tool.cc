@@ -16,7 +16,6 @@
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/dataset_input.h"
 #include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {

@@ -38,7 +38,7 @@ std::vector<BadFile> MakeBadSummaries(const std::string& valid) {
        {"/provenance/options/law", "\"\\u001b[31m\\n\""},
        {"/provenance/options/steps", "2.5"},
        {"/provenance/options/time_step", "-1"},
-       {"/provenance/options/material", "\"../../../../etc/passwd\"", true, "etc/passwd"},
+       {"/provenance/options/fabric", "\"../../../../etc/passwd\"", true, "etc/passwd"},
        {"/provenance/options/out", "3"},
        {"/provenance/given", "3"},
        {"/provenance/given", "[3]"},
@@ -171,19 +171,6 @@ std::vector<BadFile> MakeBadLabTests(const std::string& valid) {
                                               {"/length", "1"}});
   bad.insert(bad.end(), more.begin(), more.end());
   return bad;
-}
-
-std::vector<BadFile> MakeBadWeights(const std::string& valid) {
-  return MakeChanged(valid + "weights.json", {{"/w", ""},
-                                              {"/w", "[]"},
-                                              {"/w", "{}"},
-                                              {"/w", "1"},
-                                              {"/w/0", ""},
-                                              {"/w/0", "null"},
-                                              {"/w/0", "\"x\""},
-                                              {"/w/0", "[1]"},
-                                              {"/w/0", "1e308", false},
-                                              {"/more", "1"}});
 }
 
 }  // namespace drape::attack

@@ -66,12 +66,6 @@ void AddShapes(const std::string& valid, std::vector<FileReader>* readers) {
                                                     "--mesh=strip:0.2x0.05x10"})},
        .bad = MakeBadScenes(valid)});
   AddJson(ReadText(valid + "scene.json"), readers);
-  readers->push_back(
-      {.name = "weights",
-       .file = "in/weights.json",
-       .commands = {WithOption("drape_simulate", "--gradient_weights=in/weights.json")},
-       .bad = MakeBadWeights(valid)});
-  AddJson(ReadText(valid + "weights.json"), readers);
 }
 
 void AddSettings(const std::string& valid, std::vector<FileReader>* readers) {

@@ -40,7 +40,7 @@ std::vector<BadFile> MakeBadPosteriors(const std::string& valid);
 std::vector<BadFile> MakeBadSplits(const std::string& valid);
 std::vector<BadFile> MakeBadAccuracyTables(const std::string& valid);
 std::vector<BadFile> MakeBadLabTests(const std::string& valid);
-std::vector<BadFile> MakeBadWeights(const std::string& valid);
+
 std::vector<BadFile> MakeBadGarments(const std::string& valid);
 std::vector<BadFile> MakeBadGarmentCodes(const std::string& valid);
 std::vector<BadFile> MakeBadBodies(const std::string& valid);

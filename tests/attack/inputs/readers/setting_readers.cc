@@ -13,7 +13,6 @@
 #include "tests/attack/inputs/valid_inputs.h"
 #include "tools/cli/provenance.h"
 #include "tools/inputs/fit_options.h"
-#include "tools/programs/simulate/gradient_io.h"
 #include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape::attack {
@@ -106,17 +105,9 @@ std::vector<Reader> MakeSettingReaders(const std::string& valid, const std::stri
           {.name = "lab test",
            .file = "tensile.json",
            .content = ReadText(valid + "tensile.json"),
-           .read =
-               [](const std::string& path) {
-                 ReadLabMeasurement(path);
-                 return std::string();
-               }},
-          {.name = "weights",
-           .file = "weights.json",
-           .content = R"({"w": [0.1, 2, -3e-5, 0, 1, 7]})",
            .read = [](const std::string& path) {
-             return ReadLossWeights(path, 6).allFinite() ? std::string()
-                                                         : "read weights that are not finite";
+             ReadLabMeasurement(path);
+             return std::string();
            }}};
 }
 

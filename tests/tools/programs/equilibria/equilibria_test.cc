@@ -5,7 +5,6 @@
 #include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/equilibria/equilibria_report.h"
 #include "tools/programs/equilibria/equilibria_tool.h"
 
 namespace drape::test {

@@ -88,7 +88,7 @@ TEST_F(GarmentTool, AFailureNamesItsPlace) {
   options.spec.edge = 0.05;
   options.spec.seconds = 0.04;
   options.spec.wear.euler.max_iterations = 0;
-  options.material = kFabric;
+  options.fabric.path = kFabric;
   options.out = Path("failed");
   const std::string failure = GarmentFailure(RunGarments(options, {}));
   double x = 0.0, y = 0.0, z = 0.0;

@@ -62,73 +62,8 @@ TEST_F(SimulateTool, SummarisesTheDrape) {
   EXPECT_LT(dc, 0.95);
 }
 
-TEST_F(SimulateTool, DifferentiatesByBothModes) {
-  Json weights;
-  for (int i = 0; i < 3 * kVertices; ++i) weights["w"].push_back(std::sin(1.0 + i));
-  const std::string file = Write("w.json", weights.dump());
-  ASSERT_EQ(Simulate({"--gradient_weights=" + file, "--backend=cpu"}).exit_code, 0);
-  const Json gradient = ReadJson(Path("out/gradient.json"));
-  double loss = 0.0, difference = 0.0, size = 0.0;
-  const State end = ByTheLibrary(3);
-  for (int i = 0; i < 3 * kVertices; ++i) loss += std::sin(1.0 + i) * end.x[i];
-  EXPECT_NEAR(gradient.at("L").get<double>(), loss, 1e-14);
-  EXPECT_EQ(gradient.at("v0").size(), 3u * kVertices);
-  for (const auto& [table, rows, columns] :
-       {std::tuple("stretch", 6, 4), std::tuple("bend", 3, 5)}) {
-    const Json &adjoint = gradient.at("adjoint").at(table),
-               &tangent = gradient.at("tangent").at(table);
-    ASSERT_EQ(adjoint.size(), static_cast<size_t>(rows));
-    for (int r = 0; r < rows; ++r) {
-      ASSERT_EQ(adjoint[r].size(), static_cast<size_t>(columns));
-      for (int c = 0; c < columns; ++c) {
-        difference += std::pow(adjoint[r][c].get<double>() - tangent[r][c].get<double>(), 2);
-        size += std::pow(tangent[r][c].get<double>(), 2);
-      }
-    }
-  }
-  EXPECT_GT(size, 0.0);
-  EXPECT_LT(std::sqrt(difference / size), 1e-10);
-}
-
-// Through the files alone, as a script does it: a number of material.json is changed, and the
-// weighted sum follows the number at the same place in gradient.json.
-TEST_F(SimulateTool, TheGradientIsByTheNumbersOfTheMaterialFile) {
-  const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
-  Json weights, material = ReadJson(configs + "fabrics/synthetic_wool.json");
-  ASSERT_EQ(material.at("convention"), "mechanical");
-  for (int i = 0; i < 3 * kVertices; ++i) weights["w"].push_back(std::sin(1.0 + i));
-  const auto run = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> options = {"--fabric=" + Write("material.json", material.dump()),
-                                        "--start=" + configs + "starts/six_waves.json",
-                                        "--steps=10", "--dump_steps=10", "--backend=cpu"};
-    options.insert(options.end(), more.begin(), more.end());
-    EXPECT_EQ(Simulate(options).exit_code, 0);
-    const State end = ReadState(Path("out/state_10.json"), kVertices);
-    double loss = 0.0;
-    for (int i = 0; i < 3 * kVertices; ++i) loss += std::sin(1.0 + i) * end.x[i];
-    return loss;
-  };
-  run({"--gradient_weights=" + Write("w.json", weights.dump())});
-  const Json gradient = ReadJson(Path("out/gradient.json"));
-  EXPECT_EQ(gradient.at("format"), "drapefit-gradient");
-  EXPECT_EQ(gradient.at("convention"), material.at("convention"));
-  for (const auto& [table, row, column] :
-       {std::tuple("stretch", 0, 0), std::tuple("stretch", 0, 3), std::tuple("stretch", 3, 1),
-        std::tuple("stretch", 1, 3), std::tuple("bend", 0, 0), std::tuple("bend", 2, 1)}) {
-    const double entry = material[table][row][column], step = 1e-4 * entry;
-    material[table][row][column] = entry + step;
-    const double above = run({});
-    material[table][row][column] = entry - step;
-    const double below = run({});
-    material[table][row][column] = entry;
-    const double change = (above - below) / (2.0 * step);
-    const double found = gradient.at("adjoint").at(table).at(row).at(column);
-    EXPECT_NEAR(found / change, 1.0, 1e-4) << table << " " << row << " " << column;
-  }
-}
-
-// They are by the 39 entries of one table.
-TEST_F(SimulateTool, DerivativesNeedOneTable) {
+// Derivatives are by the 39 entries of one table.
+TEST_F(SimulateTool, ACheckNeedsOneTable) {
   const Mesh mesh = MakeDisc({.target_vertices = kVertices});
   Material material =
       ReadMaterial(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json");
@@ -137,12 +72,8 @@ TEST_F(SimulateTool, DerivativesNeedOneTable) {
   WriteMaterialField(Path("field.json"), material, mesh);
   const std::string field = "--fabric=" + Path("field.json");
   ASSERT_EQ(Simulate({field}).exit_code, 0);
-  const std::string weights =
-      Write("w.json", Json({{"w", std::vector<double>(3 * kVertices, 0.1)}}).dump());
-  ExpectOneLineError(Simulate({field, "--gradient_weights=" + weights}),
-                     "option 'gradient_weights': found a material with a table for each element");
   ExpectOneLineError(RunProcess({kCheck, "--mesh=disc:120", field}),
-                     "option 'material': found a material with a table for each element");
+                     "option 'fabric': found a material with a table for each element");
 }
 
 TEST_F(SimulateTool, GoesOnFromAState) {
@@ -196,8 +127,6 @@ TEST_F(SimulateTool, NewtonAloneDoesNotStartFromFlat) {
     ExpectOneLineError(Simulate({"--steps=0", std::string("--solve=") + how}), "not flat");
   ExpectOneLineError(Simulate({"--solve=static", "--dump_steps=0"}),
                      "solve = static, which takes no steps");
-  ExpectOneLineError(Simulate({"--solve=hybrid", "--gradient_weights=" + Path("w.json")}),
-                     "option 'gradient_weights': found solve = hybrid, expected dynamic");
 }
 
 // Its hem is compressed and has no folds yet.

@@ -2,20 +2,30 @@
 #include "tools/programs/measure/metrics/metrics_tool.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <filesystem>
+#include <iomanip>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "losses/image/segmentation.h"
+#include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
+#include "losses/outline/outline.h"
+#include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "solver/job/plot/chart.h"
+#include "physics/util/text_format.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
-#include "tools/programs/measure/metrics/metrics_input.h"
-#include "tools/programs/measure/metrics/metrics_report.h"
 #include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
@@ -23,6 +33,296 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
+
+// What drape_metrics is given to measure or to compare.
+
+// How drapes are looked at.
+struct View {
+  CameraInput camera;
+  CentreMode centre = CentreMode::kNominal;
+  DrapeDiscs discs = {};
+};
+
+struct ViewedFile {
+  std::string path;
+  ObservedDrape seen;
+  Camera camera;                        // with the centre of this drape
+  std::optional<ImageQuality> quality;  // of an image
+  std::optional<ObjSurface> surface;    // of a mesh [m]
+};
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool IsMesh(const fs::path& path) { return LowerExtension(path) == ".obj"; }
+
+bool IsImage(const fs::path& path) {
+  const std::string extension = LowerExtension(path);
+  return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
+}
+
+template <class Wanted>
+std::vector<std::string> FilesIn(const std::string& folder, const Wanted& wanted) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (wanted(entry.path())) files.push_back(entry.path().string());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// Returns whether `path` is a folder. Throws InputError when there is nothing there.
+bool IsFolder(const std::string& path) {
+  if (!fs::exists(path)) throw InputError(path, "no such file or folder");
+  return fs::is_directory(path);
+}
+
+// A drape by itself. Throws InputError for whatever cannot be read or seen.
+ViewedFile ViewFile(const std::string& path, const View& view) {
+  if (IsMesh(path)) {
+    const Camera camera = MakeCamera(view.camera, view.discs);
+    const ObjSurface surface = ReadObjSurface(path);
+    return {path, ObserveSurface(surface, camera, view.discs, path), camera, {}, surface};
+  }
+  MeasuredImage measured =
+      MeasureImage(ReadSilhouette(path), view.camera, view.centre, view.discs, path);
+  return {path,
+          ObserveImage(measured.image, measured.camera, view.discs, path),
+          measured.camera,
+          std::move(measured.quality),
+          {}};
+}
+
+// A drape to be compared with others that `camera` sees; with CentreMode::kOutline it is moved so
+// that its centre is that of the camera. Throws InputError also for an image of another size.
+ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camera& camera) {
+  View same = view;
+  same.camera.width = camera.width;
+  same.camera.height = camera.height;
+  ViewedFile file = ViewFile(path, same);
+  if (view.centre == CentreMode::kNominal) return file;
+  if (file.surface && !CentreOnOutline(file.seen.image, &file.camera))
+    throw InputError(path, "no closed outline around the support's centre");
+  file.seen =
+      ObserveImage(MovedImage(file.seen.image, file.camera, camera), camera, view.discs, path);
+  return file;
+}
+
+// The camera of a comparison: of the size of the first image among the files, or that of a
+// rendering where all are meshes.
+Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
+                  const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (!IsMesh(file)) return MakeCamera(input, ReadImage(file), discs, file);
+  return MakeCamera(input, discs);
+}
+
+// Images and meshes in a folder, sorted. Throws InputError for fewer than `least`.
+std::vector<std::string> DrapesIn(const std::string& folder, size_t least) {
+  const auto files =
+      FilesIn(folder, [](const fs::path& path) { return IsMesh(path) || IsImage(path); });
+  if (files.size() < least) {
+    throw InputError(folder, "found " + std::to_string(files.size()) +
+                                 " images and meshes, expected at least " + std::to_string(least));
+  }
+  return files;
+}
+
+// How drape_metrics says what it found: tables for a terminal (mm, mm²), JSON in SI units.
+
+struct ComparedPair {
+  std::string a, b;  // paths
+  DrapeComparison comparison;
+  std::optional<SurfaceDistance> surfaces;  // of two meshes
+  ShapeFeatures shape_a, shape_b;
+  std::vector<std::string> notes;  // on the images
+};
+// One drape by itself, or why it could not be measured.
+struct MeasuredDrape {
+  std::string file;
+  std::string error;  // empty: measured
+  Camera camera;
+  std::optional<ImageQuality> quality;  // of an image
+  double area = 0.0;                    // inside the outline [m²]
+  double mean_radius = 0.0;             // [m]
+  ShapeFeatures shape;
+  LaboratoryDrape laboratory;
+};
+
+constexpr double kMm = 1e-3;
+constexpr double kMm2 = 1e-6;
+constexpr double kCm2 = 1e-4;
+constexpr double kDegree = M_PI / 180;
+constexpr const char* kSheetTitle = "The drape, as laboratories report it";
+
+std::string TwoNumbers(const char* name, double a, double b) {
+  return Format("  %-26s %10.4g %10.4g\n", name, a, b);
+}
+
+// A feature as tables and CSV files show it.
+struct FeatureColumn {
+  const char* name;  // with its unit
+  const char* key;   // of a CSV column
+  double (*value)(const ShapeFeatures& shape);
+};
+constexpr FeatureColumn kFeatureColumns[] = {
+    {"drape coefficient", "dc", [](const ShapeFeatures& s) { return s.drape_coefficient; }},
+    {"folds", "folds", [](const ShapeFeatures& s) { return double(s.folds); }},
+    {"band 2 [mm2]", "band_2_mm2", [](const ShapeFeatures& s) { return s.band_energy[0] / kMm2; }},
+    {"band 3-5 [mm2]", "band_3_5_mm2",
+     [](const ShapeFeatures& s) { return s.band_energy[1] / kMm2; }},
+    {"band 6-9 [mm2]", "band_6_9_mm2",
+     [](const ShapeFeatures& s) { return s.band_energy[2] / kMm2; }},
+    {"band 10-15 [mm2]", "band_10_15_mm2",
+     [](const ShapeFeatures& s) { return s.band_energy[3] / kMm2; }},
+    {"smallest radius [mm]", "radius_min_mm",
+     [](const ShapeFeatures& s) { return s.radius_min / kMm; }},
+    {"largest radius [mm]", "radius_max_mm",
+     [](const ShapeFeatures& s) { return s.radius_max / kMm; }},
+    {"isoperimetric ratio", "isoperimetric_ratio",
+     [](const ShapeFeatures& s) { return s.isoperimetric_ratio; }}};
+
+std::string ShapeText(const ShapeFeatures& a, const ShapeFeatures& b) {
+  std::string text = Format("  %-26s %10s %10s\n", "", "A", "B");
+  for (const FeatureColumn& column : kFeatureColumns)
+    text += TwoNumbers(column.name, column.value(a), column.value(b));
+  return text;
+}
+
+Json ShapeJson(const ShapeFeatures& shape) {
+  return {
+      {"dc", shape.drape_coefficient},       {"folds", shape.folds},
+      {"band_energy_m2", shape.band_energy}, {"radius_min_m", shape.radius_min},
+      {"radius_max_m", shape.radius_max},    {"isoperimetric_ratio", shape.isoperimetric_ratio}};
+}
+
+std::string CameraLine(const MeasuredDrape& drape) {
+  if (!drape.quality) return "a mesh, seen from above";
+  return CameraText(drape.camera, *drape.quality);
+}
+
+std::string CsvText(const std::string& text) {
+  std::ostringstream quoted;
+  quoted << std::quoted(text, '"', '"');
+  return quoted.str();
+}
+
+std::string JoinedNotes(const MeasuredDrape& drape) {
+  std::string text;
+  if (!drape.quality) return text;
+  for (const std::string& note : drape.quality->notes) text += (text.empty() ? "" : "; ") + note;
+  return text;
+}
+
+std::string MeasuredText(const MeasuredDrape& drape) {
+  const auto line = [](const char* name, double value) {
+    return Format("  %-26s %10.4g\n", name, value);
+  };
+  std::string text =
+      drape.file + "\n  " + CameraLine(drape) + "\n" +
+      Format("  %-26s %10.1f\n", "drape coefficient [%]", 100 * drape.shape.drape_coefficient) +
+      line("area [cm2]", drape.area / kCm2) + line("mean radius [mm]", drape.mean_radius / kMm);
+  for (const FeatureColumn& column : kFeatureColumns)
+    text += line(column.name, column.value(drape.shape));
+  text += SheetText(DrapeSheet(drape.laboratory, kSheetTitle));
+  if (!drape.quality) return text;
+  for (const std::string& note : drape.quality->notes) text += "  note: " + note + "\n";
+  return text;
+}
+
+// One line for each drape.
+std::string MeasuredTable(const std::vector<MeasuredDrape>& drapes) {
+  std::string text = Format("%-32s %8s %6s %10s %18s %8s  %s\n", "file", "DC [%]", "folds",
+                            "area [cm2]", "radius [mm]", "px/m", "notes");
+  for (const MeasuredDrape& drape : drapes) {
+    const std::string name = std::filesystem::path(drape.file).filename();
+    if (!drape.error.empty()) {
+      text += Format("%-32s ", name.c_str()) + "not measured: " + drape.error + "\n";
+      continue;
+    }
+    text += Format("%-32s %8.1f %6d %10.1f %8.1f … %-8.1f %7.1f  ", name.c_str(),
+                   100 * drape.shape.drape_coefficient, drape.shape.folds, drape.area / kCm2,
+                   drape.shape.radius_min / kMm, drape.shape.radius_max / kMm,
+                   drape.camera.pixels_per_metre()) +
+            JoinedNotes(drape) + "\n";
+  }
+  return text;
+}
+
+// The same as comma-separated values, with a line of names that hold the units.
+std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes) {
+  std::string text = "file,";
+  for (const FeatureColumn& column : kFeatureColumns) text += std::string(column.key) + ",";
+  text += "area_cm2,radius_mean_mm,centre_column_px,centre_row_px,px_per_m,";
+  for (const LaboratoryRow& row : DrapeSheet({}, "").rows) text += row.key + ",";
+  text += "notes,error\n";
+  for (const MeasuredDrape& drape : drapes) {
+    text += CsvText(drape.file) + ",";
+    const bool measured = drape.error.empty();
+    const auto add = [&](double value) { text += measured ? Format("%.6g,", value) : ","; };
+    for (const FeatureColumn& column : kFeatureColumns) add(column.value(drape.shape));
+    for (const double value : {drape.area / kCm2, drape.mean_radius / kMm, drape.camera.cx,
+                               drape.camera.cy, drape.camera.pixels_per_metre()})
+      add(value);
+    for (const LaboratoryRow& row : DrapeSheet(drape.laboratory, "").rows) add(row.value);
+    text += CsvText(JoinedNotes(drape)) + "," + CsvText(drape.error) + "\n";
+  }
+  return text;
+}
+
+Json MeasuredJson(const MeasuredDrape& drape) {
+  Json json = {{"file", drape.file}};
+  if (!drape.error.empty()) {
+    json["error"] = drape.error;
+    return json;
+  }
+  json["shape"] = ShapeJson(drape.shape);
+  json["area_m2"] = drape.area;
+  json["radius_mean_m"] = drape.mean_radius;
+  json["laboratory"] = DrapeSheetJson(drape.laboratory, kSheetTitle);
+  json["camera"] = CameraJson(drape.camera);
+  if (drape.quality) json["quality"] = QualityJson(*drape.quality);
+  return json;
+}
+
+std::string PairText(const ComparedPair& pair) {
+  const auto& [raw, aligned, alignment] = pair.comparison;
+  std::string notes;
+  for (const std::string& note : pair.notes) notes += "  note: " + note + "\n";
+  std::string text =
+      "A " + pair.a + "\nB " + pair.b + "\n" +
+      Format("  %-26s %10s %10s\n", "", "as it lies", "aligned") +
+      TwoNumbers("silhouette MSE", raw.mse, aligned.mse) +
+      TwoNumbers("silhouette IoU", raw.iou, aligned.iou) +
+      TwoNumbers("outline rms [mm]", raw.profile_rms / kMm, aligned.profile_rms / kMm) +
+      TwoNumbers("outline Hausdorff [mm]", raw.outline_hausdorff / kMm,
+                 aligned.outline_hausdorff / kMm);
+  if (pair.surfaces)
+    text += TwoNumbers("surface Hausdorff [mm]", pair.surfaces->raw / kMm,
+                       pair.surfaces->aligned / kMm);
+  return text +
+         Format("  aligned: B %sturned by %.1f deg counter-clockwise\n",
+                alignment.mirrored ? "mirrored (y to -y) and " : "", alignment.rotation / kDegree) +
+         ShapeText(pair.shape_a, pair.shape_b) + notes;
+}
+
+Json PairJson(const ComparedPair& pair) {
+  const DrapeComparison& c = pair.comparison;
+  Json json = {
+      {"a", {{"file", pair.a}, {"shape", ShapeJson(pair.shape_a)}}},
+      {"b", {{"file", pair.b}, {"shape", ShapeJson(pair.shape_b)}}},
+      {"raw", DistanceJson(c.raw)},
+      {"aligned", DistanceJson(c.aligned)},
+      {"alignment", {{"rotation_rad", c.alignment.rotation}, {"mirrored", c.alignment.mirrored}}},
+      {"notes", pair.notes}};
+  if (pair.surfaces) {
+    json["raw"]["surface_hausdorff_m"] = pair.surfaces->raw;
+    json["aligned"]["surface_hausdorff_m"] = pair.surfaces->aligned;
+  }
+  return json;
+}
 
 // How drapes are looked at by themselves and in a comparison. files: what says of which discs they
 // are, which have to agree.
@@ -32,7 +332,7 @@ View MakeView(const MetricsOptions& options, CentreMode by_default,
       options.centre == "auto" ? by_default : ParseName<CentreMode>(options.centre, "centre");
   const std::size_t count = files.size();
   for (std::size_t i = 0; i < count; ++i) files.push_back(options.camera.FileFor(files[i]));
-  return {options.camera, centre, options.data.hard_edged, FindDiscs(options.discs, files)};
+  return {options.camera, centre, FindDiscs(options.discs, files)};
 }
 
 void AppendNotes(const ViewedFile& file, std::vector<std::string>* notes) {
@@ -117,27 +417,6 @@ Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>&
   return found;
 }
 
-Found CompareRuns(const MetricsOptions& options, const RunControl& control) {
-  Found found{"", {{"pairs", Json::array()}, {"alone", Json::array()}}};
-  const View view =
-      MakeView(options, CentreMode::kNominal,
-               {options.operands[0] + "/summary.json", options.operands[1] + "/summary.json"});
-  const Camera camera = MakeCamera(options.camera, view.discs);
-  found.json["camera"] = CameraJson(camera);
-  std::vector<std::string> alone;
-  for (const auto& [a, b] : PairDrapes(options.operands[0], options.operands[1], &alone)) {
-    if (control.cancelled()) break;
-    const ComparedPair pair = Compare(a, b, view, camera);
-    found.text += PairText(pair);
-    found.json["pairs"].push_back(PairJson(pair));
-  }
-  for (const std::string& path : alone) {
-    found.text += "without a drape of the same name: " + path + "\n";
-    found.json["alone"].push_back(path);
-  }
-  return found;
-}
-
 // The drapes in A as draws of a distribution that those in B were drawn from.
 Found CompareDistributions(const MetricsOptions& options, const RunControl& control) {
   std::vector<std::string> files[2];
@@ -169,13 +448,11 @@ Found CompareDistributions(const MetricsOptions& options, const RunControl& cont
 
 Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   const std::vector<std::string>& operands = options.operands;
-  const OperandKind a = KindOfOperand(operands[0]), b = KindOfOperand(operands[1]);
-  if (a == OperandKind::kRun && b == OperandKind::kRun) return CompareRuns(options, control);
-  if (a != OperandKind::kFile && b != OperandKind::kFile)
-    return CompareDistributions(options, control);
+  const bool a = IsFolder(operands[0]), b = IsFolder(operands[1]);
+  if (a && b) return CompareDistributions(options, control);
   if (a != b)
-    throw InputError(operands[a == OperandKind::kFile],
-                     "is a folder, expected a file like " + operands[b == OperandKind::kFile]);
+    throw InputError(operands[a ? 0 : 1],
+                     "is a folder, expected a file like " + operands[a ? 1 : 0]);
   const View view = MakeView(options, CentreMode::kNominal, operands);
   const Camera camera = FindCamera(options.camera, view.discs, operands);
   const ComparedPair pair = Compare(operands[0], operands[1], view, camera);
@@ -201,7 +478,7 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
   if (operands.size() == 2) return CompareTwo(options, control);
   if (folder) return MeasureEach(options, DrapesIn(operands[0], 1), control);
   for (const std::string& operand : operands) {
-    if (KindOfOperand(operand) != OperandKind::kFile)
+    if (IsFolder(operand))
       throw InputError(operand, "is a folder among files, expected one folder, or files");
   }
   return one ? MeasureOne(options, operands[0]) : MeasureEach(options, operands, control);
@@ -228,11 +505,7 @@ std::vector<Option> ViewOptions(MetricsOptions& options) {
            .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
                   "found from the outline of each drape; auto: outline for drapes by "
                   "themselves, nominal for those that are compared",
-           .choices = {"auto", "nominal", "outline"}},
-          {.key = "aligned",
-           .value = &options.data.aligned,
-           .doc = "with --data: also evaluate after the best rotation and reflection, which "
-                  "takes longer"}};
+           .choices = {"auto", "nominal", "outline"}}};
 }
 
 std::vector<Option> FileOptions(MetricsOptions& options) {
@@ -266,9 +539,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "one image or OBJ mesh: drape coefficient, folds, area, radii and other features of the "
           "outline; a folder, or three or more files: a line for each; what cannot be measured "
           "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
-          "two, A and B, are compared: two images or OBJ meshes; two output folders of "
-          "drape_simulate or drape_fit, whose drapes of the same name are compared; or two other "
-          "folders of images and meshes: A holds samples of a distribution, B what was observed\n"
+          "two, A and B, are compared: two images or OBJ meshes; or two folders of images and "
+          "meshes: A holds samples of a distribution, B what was observed\n"
           "aligned: after the rotation and reflection of B that brings its outline closest to "
           "that of A\n",
       .options = std::move(all),

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
-#include "tools/inputs/dataset_input.h"
 
 namespace drape {
 
@@ -26,10 +26,10 @@ struct MetricsOptions {
 // Points into `options`, which outlives it.
 OptionTable MetricsTable(MetricsOptions& options);
 
-// Measures one file, a folder or several files, compares two files, runs or folders, compares fits
-// of known fabrics with those, or lists a data set and evaluates its trivial predictors. Returns
-// the table for a terminal, nothing when cancelled; writes the files that the options name. Throws
-// InputError, also when not one of several drapes can be measured.
+// Measures one file, a folder or several files, compares two files or folders, or lists a data set
+// and evaluates its trivial predictors. Returns the table for a terminal, nothing when cancelled;
+// writes the files that the options name. Throws InputError, also when not one of several drapes
+// can be measured.
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control);
 
 // The program drape_metrics.

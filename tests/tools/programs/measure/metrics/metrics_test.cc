@@ -152,28 +152,12 @@ TEST_F(MetricsTool, TwoMeshesAndAnImage) {
   EXPECT_THAT(mixed.out, testing::Not(HasSubstr("surface Hausdorff")));
 }
 
-TEST_F(MetricsTool, TwoRuns) {
-  for (const char* run : {"one", "two"}) {
-    std::filesystem::create_directories(Path(run));
-    Write(std::string(run) + "/summary.json", "{}");
-    AddMesh(std::string(run) + "/drape_x.obj", 0, -0.05);
-    AddMesh(std::string(run) + "/drape_only_" + run + ".obj", 0, -0.05);
-  }
-  const ProcessResult result = Run({Path("one"), Path("two"), "--out=" + Path("m.json")});
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const Json json = ReadJson(Path("m.json"));
-  ASSERT_EQ(json["pairs"].size(), 1u);
-  EXPECT_THAT(json["pairs"][0]["a"]["file"], HasSubstr("one/drape_x.obj"));
-  EXPECT_EQ(json["pairs"][0]["raw"]["mse"], 0);
-  EXPECT_EQ(json["alone"].size(), 2u);
-  EXPECT_THAT(result.out, HasSubstr("without a drape of the same name"));
-}
-
-TEST_F(MetricsTool, RunsOfDrapeSimulate) {
+TEST_F(MetricsTool, DrapesOfDrapeSimulate) {
   ASSERT_EQ(Simulate({"--out=" + Path("one")}).exit_code, 0);
   ASSERT_EQ(Simulate({"--out=" + Path("two"), "--steps=5"}).exit_code, 0);
-  ASSERT_EQ(Run({Path("one"), Path("two"), "--out=" + Path("m.json")}).exit_code, 0);
-  const Json pair = ReadJson(Path("m.json"))["pairs"][0];
+  ASSERT_EQ(
+      Run({Path("one/drape.obj"), Path("two/drape.obj"), "--out=" + Path("m.json")}).exit_code, 0);
+  const Json pair = ReadJson(Path("m.json"));
   EXPECT_GT(pair["raw"]["surface_hausdorff_m"], 1e-3);
   const double dc = ReadJson(Path("one/summary.json"))["dc"];
   EXPECT_NEAR(pair["a"]["shape"]["dc"], dc, 5e-3);
@@ -244,7 +228,7 @@ TEST_F(MetricsTool, MistakesAreOneLineAndWriteNothing) {
   ExpectOneLineError(Run({a, a, "--camera_width=128", out}),
                      "image is 256x256 px, expected 128x256");
   ExpectOneLineError(Run({a, data, out}), "beside --data");
-  ExpectOneLineError(Run({data, "--fabric=x", out}), "option 'fabric': found 'x'");
+  ExpectOneLineError(Run({data, "--data_fabric=x", out}), "option 'data_fabric': found 'x'");
   ExpectOneLineError(Run({data, "--data_fabric=9", out}), "fabric: found 9, expected some of 3");
   ExpectOneLineError(Run({data, "--train=4", "--samples=1-4", out}), "fewer than the 4");
   ExpectOneLineError(Run({data, "--face=left", out}), "expected one of up, down, both");

@@ -92,9 +92,8 @@ def metrics(s):
         return measured(items(s, "/drapes"))
     if "shape" in s:
         return measured([s])
-    pairs = [s] if "raw" in s else items(s, "/pairs")
-    if pairs:
-        return html.join(compared(pair) for pair in pairs)
+    if "raw" in s:
+        return compared(s)
     return html.flat_table({key: s[key] for key in s if key not in ("versions", "provenance")})
 
 
