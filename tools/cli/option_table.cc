@@ -320,7 +320,6 @@ std::optional<std::string> AskedHelp(const OptionTable& table, int argc, char** 
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument == "--help=man") return ManPage(table);
-    if (argument == "--help=words") return CompletionWords(table);
     if (argument == "--help=all" || argument == "-help=all") scope = HelpScope::kAll;
     const bool asked = argument == "--help" || argument == "-help" || argument == "-h";
     if (asked && !scope) scope = HelpScope::kCommon;

@@ -249,16 +249,6 @@ std::string ManPage(const OptionTable& table) {
          ".fi\n.SH SEE ALSO\ndrapefit(1)\n";
 }
 
-std::string CompletionWords(const OptionTable& table) {
-  std::string words = "--help\n--version\n--config=\n";
-  for (const Option& option : table.options) {
-    const std::string key = "--" + option.key;
-    words += key + (std::holds_alternative<bool*>(option.value) ? "\n" : "=\n");
-    for (const std::string& choice : option.choices) words += key + "=" + choice + "\n";
-  }
-  return words;
-}
-
 std::string OptionTable::Help(HelpScope scope) const {
   const std::string heading = tool + " " + BuildVersion() + ": " + summary +
                               "\n\nusage: " + UsageText(*this) + "\nexample: " + example + "\n\n";

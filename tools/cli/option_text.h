@@ -21,10 +21,6 @@ nlohmann::json ValueJson(const Option& option);
 // The manual page of a program, in roff and UTF-8.
 std::string ManPage(const OptionTable& table);
 
-// The words that a shell may complete on the command line, one a line: "--key=" of each option, or
-// "--key" of a switch, and "--key=choice".
-std::string CompletionWords(const OptionTable& table);
-
 // The name nearest to what a user wrote, where one is near enough to be meant (Levenshtein's
 // distance up to half the length, rounded up); else empty.
 std::string SuggestName(const std::string& written, const std::vector<std::string>& names);

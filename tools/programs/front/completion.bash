@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Completion for bash of the program that this file is named like when it is installed: verbs,
-# options, their choices, and files. The programs list their words: drape_fit --help=words.
+# options, their choices, and files. Options and choices are read from --help=all.
 
 # A word is read from COMP_LINE, because bash divides "--key=value" into three.
 _drapefit() {
@@ -16,7 +16,11 @@ _drapefit() {
     fi
   fi
   if [[ $word == -* ]]; then
-    words=$("${command[@]}" --help=words | if [[ $word == *=* ]]; then
+    words=$({ printf '%s\n' --help --version --config=; "${command[@]}" --help=all; } | awk '
+      /^--[a-z]*=?$/ { print }
+      /^  --/ { type = substr($2, 2); sub(/>.*/, "", type); print $1 (type == "switch" ? "" : "=")
+                if (type ~ /\|/) for (i = split(type, choice, "|"); i > 0; --i) print $1 "=" choice[i] }
+      ' | if [[ $word == *=* ]]; then
       sed -n "s/^${word%%=*}=\(.\)/\1/p"
     else
       sed 's/=.*/=/' | uniq
