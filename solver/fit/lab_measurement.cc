@@ -268,6 +268,16 @@ LabMeasurement ReadLabMeasurement(const std::string& path) {
   return measurement;
 }
 
+std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path) {
+  const nlohmann::json document = ReadJsonFile(path);
+  const JsonInput input(document, path);
+  if (input.Has("raw_data")) return ReadRawData(input, path);
+  if (!input.Has("material") || !input.Has("schema")) return {ReadLabMeasurement(path)};
+  const std::string raw = FindRawData(input, path);
+  const nlohmann::json raw_document = ReadJsonFile(raw);
+  return ReadRawData(JsonInput(raw_document, raw), raw);
+}
+
 StripSimulation::StripSimulation(const LabMeasurement& measurement, int point, const Law& law)
     : kind_(measurement.kind) {
   const double set = measurement.points[point].set, direction = measurement.direction * kDegree;
