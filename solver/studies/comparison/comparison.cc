@@ -448,8 +448,8 @@ struct Plan {
   std::vector<SharedSplit> splits = {};
 
   // Of a cell.
-  const SharedSplit& SplitOf(std::size_t cell) const { return splits[cell / models.size()]; }
-  const ComparedModel& ModelOf(std::size_t cell) const { return models[cell % models.size()]; }
+  const SharedSplit& FindSplit(std::size_t cell) const { return splits[cell / models.size()]; }
+  const ComparedModel& FindModel(std::size_t cell) const { return models[cell % models.size()]; }
 };
 
 nlohmann::ordered_json Summarise(const Plan& plan, const StudyResult& result) {
@@ -459,9 +459,9 @@ nlohmann::ordered_json Summarise(const Plan& plan, const StudyResult& result) {
   file["runs"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < result.results.size(); ++k) {
     if (!result.results[k]) continue;
-    const SharedSplit& shared = plan.SplitOf(k);
+    const SharedSplit& shared = plan.FindSplit(k);
     file["runs"].push_back(
-        {{"fabric", shared.fabric}, {"model", plan.ModelOf(k).name}, {"seed", shared.seed}});
+        {{"fabric", shared.fabric}, {"model", plan.FindModel(k).name}, {"seed", shared.seed}});
     file["runs"].back().update(nlohmann::ordered_json(*result.results[k]));
   }
   if (result.complete)
@@ -503,7 +503,7 @@ Comparison MakeComparison(const ComparisonJob& job, const RunControl& control) {
     }
   }
   comparison.study.run = [plan](std::size_t k, const RunControl& cell) {
-    return RunCell(plan->job, plan->SplitOf(k), plan->ModelOf(k), cell);
+    return RunCell(plan->job, plan->FindSplit(k), plan->FindModel(k), cell);
   };
   comparison.summarise = [plan](const StudyResult& result) { return Summarise(*plan, result); };
   return comparison;

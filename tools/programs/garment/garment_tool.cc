@@ -57,15 +57,15 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
           "converge; the frames before it are there\n",
       .options = Concatenate(
-          Grouped("garment, body and simulation", spec), Grouped("fabric", FieldOptionList(options.fabric)),
+          Grouped("garment, body and simulation", spec),
+          Grouped("fabric", FieldOptionList(options.fabric)),
           Grouped("computation", ComputationOptions(options)),
           Grouped("results", std::vector<Option>{OutOption(options.out),
                                                  {.key = "resume",
                                                   .value = &options.resume,
                                                   .doc = "continue from the frames in --out",
                                                   .repeated = false}})),
-      .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "friction",
-                 "out"}};
+      .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "friction", "out"}};
 }
 
 GarmentResult RunGarments(const GarmentOptions& options, const RunControl& control) {
