@@ -340,9 +340,8 @@ RolloutRun RunRollouts(DeviceResources& resources, std::span<const RolloutInput>
   return {w, history, done};
 }
 
-void CollectEnds(const DeviceResources& resources, const StepWorkspace& w, int steps,
-                 int wanted_steps, std::span<RolloutResult* const> results,
-                 std::span<char> failed) {
+void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, int wanted_steps,
+                 std::span<RolloutResult* const> results, std::span<char> failed) {
   resources.DownloadEnds(w.x, w.v, results);
   std::vector<int> flags(results.size());
   CopyToHost<int>(w.failed, flags);
