@@ -77,6 +77,24 @@ class DeviceBuffer {
   std::size_t size_ = 0;
 };
 
+// Copies of arrays of the host on the device, which live as long as the object. Move-only.
+class DeviceArrays {
+ public:
+  template <class T>
+  const T* Upload(std::span<const T> host) {
+    T* copy = reinterpret_cast<T*>(arrays_.emplace_back(host.size_bytes()).data());
+    CopyToDevice(host, copy);
+    return copy;
+  }
+  template <class T>
+  const T* Upload(const std::vector<T>& host) {
+    return Upload(std::span<const T>(host));
+  }
+
+ private:
+  std::vector<DeviceBuffer<char>> arrays_;
+};
+
 // Numbers of the host that the device copies at full speed. Move-only.
 template <class T>
 class PinnedBuffer {

@@ -4,15 +4,14 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <exception>
 #include <functional>
 #include <map>
-#include <thread>
 #include <utility>
 
 #include "cuda/engine/equilibrium_engine.h"
 #include "cuda/engine/rollout_engine.h"
 #include "cuda/factor/multifrontal.h"
+#include "physics/util/run_control.h"
 
 namespace drape {
 namespace {
@@ -32,6 +31,12 @@ struct DeviceEngine {
 struct Share {
   DeviceEngine* engine;
   std::size_t first, count;
+
+  // Its part of a list over the batch.
+  template <class List>
+  auto Of(List& list) const {
+    return std::span(list).subspan(first, count);
+  }
 };
 
 class CudaBackend final : public Backend {
@@ -63,10 +68,8 @@ class CudaBackend final : public Backend {
     const std::span<Recording> kept =
         recordings == nullptr ? std::span<Recording>() : std::span(*recordings);
     SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->rollouts.Rollouts(batch.subspan(s.first, s.count), options,
-                                  kept.empty() ? kept : kept.subspan(s.first, s.count),
-                                  std::span(results).subspan(s.first, s.count),
-                                  std::span(failed).subspan(s.first, s.count));
+      s.engine->rollouts.Rollouts(s.Of(batch), options, kept.empty() ? kept : s.Of(kept),
+                                  s.Of(results), s.Of(failed));
     });
     for (const std::size_t i : Indices(failed)) {
       std::vector<Recording> recording;
@@ -85,10 +88,7 @@ class CudaBackend final : public Backend {
     std::vector<TangentResult> results(batch.size());
     std::vector<char> failed(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->rollouts.Tangents(batch.subspan(s.first, s.count),
-                                  weights.subspan(s.first, s.count), options,
-                                  std::span(results).subspan(s.first, s.count),
-                                  std::span(failed).subspan(s.first, s.count));
+      s.engine->rollouts.Tangents(s.Of(batch), s.Of(weights), options, s.Of(results), s.Of(failed));
     });
     for (const std::size_t i : Indices(failed))
       results[i] =
@@ -124,8 +124,7 @@ class CudaBackend final : public Backend {
                                             const EquilibriumOptions& options) override {
     std::vector<EquilibriumResult> results(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->equilibria.Equilibria(batch.subspan(s.first, s.count), options,
-                                      std::span(results).subspan(s.first, s.count));
+      s.engine->equilibria.Equilibria(s.Of(batch), options, s.Of(results));
     });
     return results;
   }
@@ -135,9 +134,7 @@ class CudaBackend final : public Backend {
     CHECK_EQ(weights.size(), batch.size());
     std::vector<RowMatrix> results(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->equilibria.Tangents(batch.subspan(s.first, s.count),
-                                    weights.subspan(s.first, s.count),
-                                    std::span(results).subspan(s.first, s.count));
+      s.engine->equilibria.Tangents(s.Of(batch), s.Of(weights), s.Of(results));
     });
     return results;
   }
@@ -147,8 +144,7 @@ class CudaBackend final : public Backend {
     CHECK_EQ(changes.size(), batch.size());
     std::vector<Eigen::VectorXd> results(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->equilibria.Jvp(batch.subspan(s.first, s.count), changes.subspan(s.first, s.count),
-                               std::span(results).subspan(s.first, s.count));
+      s.engine->equilibria.Jvp(s.Of(batch), s.Of(changes), s.Of(results));
     });
     return results;
   }
@@ -168,9 +164,7 @@ class CudaBackend final : public Backend {
       }
       std::vector<std::optional<MaterialGradient>> found(members.size());
       SplitOverDevices(members.size(), [&](const Share& s) {
-        s.engine->equilibria.Adjoints(std::span(inputs).subspan(s.first, s.count),
-                                      std::span(of_inputs).subspan(s.first, s.count),
-                                      std::span(found).subspan(s.first, s.count));
+        s.engine->equilibria.Adjoints(s.Of(inputs), s.Of(of_inputs), s.Of(found));
       });
       for (std::size_t k = 0; k < members.size(); ++k) results[members[k]] = std::move(found[k]);
     }
@@ -188,19 +182,8 @@ class CudaBackend final : public Backend {
   // Runs each work on a thread of its own, waits for all and rethrows an exception of one.
   static void RunConcurrently(const std::vector<std::function<void()>>& work) {
     if (work.size() == 1) return work[0]();
-    std::vector<std::exception_ptr> errors(work.size());
-    std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < work.size(); ++i)
-      threads.emplace_back([&, i] {
-        try {
-          work[i]();
-        } catch (...) {
-          errors[i] = std::current_exception();
-        }
-      });
-    for (std::thread& thread : threads) thread.join();
-    for (const std::exception_ptr& error : errors)
-      if (error) std::rethrow_exception(error);
+    const int count = static_cast<int>(work.size());
+    RunInThreads(count, count, nullptr, [&](int i) { work[i](); });
   }
 
   // Splits a batch evenly over the devices.

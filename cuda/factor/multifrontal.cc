@@ -176,22 +176,23 @@ class DeviceSolver final : public LinearSolver {
 
 }  // namespace
 
-Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
-    : fronts_(plan.fronts),
-      children_(plan.children),
-      entries_(plan.entries),
-      border_dof_(plan.border_dof),
-      level_front_(plan.level_front),
-      source_(plan.source),
-      child_row_(plan.child_row) {
+Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes) {
   std::vector<UpdateTile> tiles;
   for (int level = 0; level < plan.num_levels(); ++level)
     levels_.push_back(MakeRange(plan, level, &tiles));
-  tiles_ = DeviceBuffer<UpdateTile>(tiles);
-  view_ = {fronts_.data(),      children_.data(),        entries_.data(),
-           border_dof_.data(),  child_row_.data(),       source_.data(),
-           level_front_.data(), 3 * plan.num_vertices(), static_cast<int>(plan.entries.size()),
-           plan.factor_size,    plan.update_size,        plan.vector_size};
+  tiles_ = arrays_.Upload(tiles);
+  view_ = {arrays_.Upload(plan.fronts),
+           arrays_.Upload(plan.children),
+           arrays_.Upload(plan.entries),
+           arrays_.Upload(plan.border_dof),
+           arrays_.Upload(plan.child_row),
+           arrays_.Upload(plan.source),
+           arrays_.Upload(plan.level_front),
+           3 * plan.num_vertices(),
+           static_cast<int>(plan.entries.size()),
+           plan.factor_size,
+           plan.update_size,
+           plan.vector_size};
   int device = 0;
   CUDA_CHECK(cudaGetDevice(&device));
   CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
@@ -212,7 +213,7 @@ int Multifrontal::FactorThreads(const LevelRange& level, int slots) const {
 
 void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution,
                                   int slots, int all_slots, cudaStream_t stream) const {
-  const UpdateTile* tiles = SplitsUpdates(all_slots) ? tiles_.data() : nullptr;
+  const UpdateTile* tiles = SplitsUpdates(all_slots) ? tiles_ : nullptr;
   for (const LevelRange& level : levels_)
     LaunchFactorLevel({view_, level, slots, stream}, numbers, tiles, rhs, solution,
                       FactorThreads(level, all_slots));

@@ -47,12 +47,8 @@ class Multifrontal {
   int FactorThreads(const LevelRange& level, int slots) const;
 
   int multiprocessors_ = 0, shared_of_multiprocessor_ = 0;
-  DeviceBuffer<Front> fronts_;
-  DeviceBuffer<FrontChild> children_;
-  DeviceBuffer<FrontEntry> entries_;
-  DeviceBuffer<int> border_dof_, level_front_, source_;
-  DeviceBuffer<std::int16_t> child_row_;
-  DeviceBuffer<UpdateTile> tiles_;
+  DeviceArrays arrays_;
+  const UpdateTile* tiles_;
   std::vector<LevelRange> levels_;
   PlanView view_;
 };

@@ -8,15 +8,10 @@
 #include <utility>
 #include <variant>
 
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
+
 namespace drape {
 namespace {
-
-// Copies `size` numbers of the host and lets the view point to the copy.
-template <class T>
-void Upload(std::size_t size, DeviceBuffer<T>& to, const T*& pointer) {
-  to = DeviceBuffer<T>(std::span<const T>(pointer, size));
-  pointer = to.data();
-}
 
 int BlockAt(const BlockPattern& pattern, int i, int j) {
   const auto row = pattern.column.begin() + pattern.row_start[i];
@@ -59,91 +54,88 @@ std::vector<double> Areas(const ClothModel& model, const std::vector<int>& posit
   return area;
 }
 
-Law OnDevice(Law law, DeviceBuffer<StretchNode>& nodes) {
+Law OnDevice(Law law, DeviceArrays& arrays) {
   if (const auto* reference = std::get_if<ReferenceStretch>(&law.stretch)) {
     constexpr int kNodes = kStrainNodes * kStrainNodes * kStrainNodes;
-    nodes = DeviceBuffer<StretchNode>(std::span(reference->nodes(), kNodes));
-    law.stretch = ReferenceStretch(nodes.data());
+    law.stretch = ReferenceStretch(arrays.Upload(std::span(reference->nodes(), kNodes)));
   }
   return law;
 }
 
-}  // namespace
+GatherView OnDevice(const GatherList& list, DeviceArrays& arrays) {
+  return {arrays.Upload(list.start), arrays.Upload(list.item)};
+}
 
-DeviceSurface::DeviceSurface(const SurfaceObstacle& surface) : view_(surface.view()) {
+SurfaceView OnDevice(const SurfaceObstacle& surface, DeviceArrays& arrays) {
+  SurfaceView view = surface.view();
+  // Copies `size` numbers of the host and lets the view point to the copy.
+  const auto upload = [&]<class T>(std::size_t size, const T*& pointer) {
+    pointer = arrays.Upload(std::span<const T>(pointer, size));
+  };
   const auto vertices = static_cast<std::size_t>(surface.x().cols());
   const std::size_t triangles = surface.triangles().size();
-  Upload(3 * vertices, x_, view_.x);
-  Upload(3 * vertices, corner_normal_, view_.corner_normal);
-  Upload(3 * triangles, corner_, view_.corner);
-  Upload(3 * triangles, neighbour_, view_.neighbour);
-  Upload(triangles, counted_, view_.counted);
-  Upload(3 * triangles, centre_, view_.centre);
-  Upload(triangles, radius_, view_.radius);
-  Upload(3 * triangles, face_normal_, view_.face_normal);
-  Upload(surface.lists().cell_start.size(), cell_start_, view_.cell_start);
-  Upload(surface.lists().cell_triangle.size(), cell_triangle_, view_.cell_triangle);
+  upload(3 * vertices, view.x);
+  upload(3 * vertices, view.corner_normal);
+  upload(3 * triangles, view.corner);
+  upload(3 * triangles, view.neighbour);
+  upload(triangles, view.counted);
+  upload(3 * triangles, view.centre);
+  upload(triangles, view.radius);
+  upload(3 * triangles, view.face_normal);
+  upload(surface.lists().cell_start.size(), view.cell_start);
+  upload(surface.lists().cell_triangle.size(), view.cell_triangle);
+  return view;
 }
+
+SolidContact OnDevice(const Contact& contact, DeviceArrays& arrays) {
+  std::vector<Solid> solids;
+  bool has_meshes = false;
+  for (const Obstacle& obstacle : contact.obstacles) {
+    solids.push_back(MakeSolid(obstacle));
+    if (const auto* mesh = std::get_if<std::shared_ptr<const SurfaceObstacle>>(&obstacle)) {
+      solids.back().surface = OnDevice(**mesh, arrays);
+      has_meshes = true;
+    }
+  }
+  return {2.0 * contact.offset(),          contact.range,         contact.stiffness,
+          static_cast<int>(solids.size()), arrays.Upload(solids), has_meshes};
+}
+
+}  // namespace
 
 DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
                          int shared_bytes)
     : model_(std::move(model)),
       position_(plan.position),
       multifrontal_(plan, shared_bytes),
-      vertex_area_(Areas(*model_, position_)),
-      handle_(HandleStiffness(*model_, position_)),
-      load_(Loads(*model_, position_)),
-      law_(OnDevice(model_->law, strain_nodes_)) {
+      law_(OnDevice(model_->law, arrays_)) {
   const Scene& scene = model_->scene;
   const Mesh mesh = Renumber(model_->mesh, plan);
   const BlockPattern pattern = MakeBlockPattern(mesh, scene.stretch, scene.bend);
-  faces_ = DeviceBuffer<Face>(mesh.faces);
-  hinges_ = DeviceBuffer<Hinge>(mesh.hinges);
-  rest_x_ = DeviceBuffer<double>(std::span(mesh.rest_x.data(), mesh.rest_x.size()));
-  row_start_ = DeviceBuffer<int>(pattern.row_start);
-  column_ = DeviceBuffer<int>(pattern.column);
-  mirror_ = DeviceBuffer<int>(MirrorBlocks(pattern));
-  entry_block_ = DeviceBuffer<int>(BlocksOfEntries(pattern, plan));
   const GatherList to_entry = GatherEntries(plan, mesh, scene);
-  to_entry_ = std::make_unique<Gather>(to_entry);
-  entry_order_ = DeviceBuffer<int>(OrderByWork(to_entry, kElementThreads));
-  to_vertex_ = std::make_unique<Gather>(GatherVertices(mesh, scene));
   view_.num_vertices = mesh.num_vertices();
   view_.num_faces = scene.stretch ? mesh.num_faces() : 0;
   view_.num_hinges = scene.bend ? mesh.num_hinges() : 0;
   view_.num_entries = static_cast<int>(plan.entries.size());
   view_.num_blocks = pattern.num_blocks();
-  view_.faces = faces_.data();
-  view_.hinges = hinges_.data();
-  view_.vertex_area = vertex_area_.data();
-  view_.rest_x = rest_x_.data();
-  view_.handle = handle_.data();
-  view_.load = load_.data();
+  view_.faces = arrays_.Upload(mesh.faces);
+  view_.hinges = arrays_.Upload(mesh.hinges);
+  view_.vertex_area = arrays_.Upload(Areas(*model_, position_));
+  view_.rest_x = arrays_.Upload(std::span(mesh.rest_x.data(), mesh.rest_x.size()));
+  view_.handle = arrays_.Upload(HandleStiffness(*model_, position_));
+  view_.load = arrays_.Upload(Loads(*model_, position_));
   for (int k = 0; k < 3; ++k) view_.gravity[k] = scene.gravity ? (*scene.gravity)[k] : 0.0;
   view_.entries = multifrontal_.view().entries;
-  view_.row_start = row_start_.data();
-  view_.column = column_.data();
-  view_.mirror = mirror_.data();
-  view_.to_entry = to_entry_->view();
-  view_.entry_order = entry_order_.data();
-  view_.entry_block = entry_block_.data();
-  view_.to_vertex = to_vertex_->view();
+  view_.row_start = arrays_.Upload(pattern.row_start);
+  view_.column = arrays_.Upload(pattern.column);
+  view_.mirror = arrays_.Upload(MirrorBlocks(pattern));
+  view_.to_entry = OnDevice(to_entry, arrays_);
+  view_.entry_order = arrays_.Upload(OrderByWork(to_entry, kElementThreads));
+  view_.entry_block = arrays_.Upload(BlocksOfEntries(pattern, plan));
+  view_.to_vertex = OnDevice(GatherVertices(mesh, scene), arrays_);
   if (!scene.contact) return;
-  view_.contact = UploadContact(*scene.contact);
-  diagonal_entry_ = DeviceBuffer<int>(DiagonalEntries(plan));
-  view_.diagonal_entry = diagonal_entry_.data();
-}
-
-SolidContact DeviceCloth::UploadContact(const Contact& contact) {
-  std::vector<Solid> solids;
-  for (const Obstacle& obstacle : contact.obstacles) {
-    solids.push_back(MakeSolid(obstacle));
-    if (const auto* mesh = std::get_if<std::shared_ptr<const SurfaceObstacle>>(&obstacle))
-      solids.back().surface = surfaces_.emplace_back(**mesh).view();
-  }
-  solids_ = DeviceBuffer<Solid>(solids);
-  return {2.0 * contact.offset(),          contact.range,  contact.stiffness,
-          static_cast<int>(solids.size()), solids_.data(), !surfaces_.empty()};
+  view_.contact = OnDevice(*scene.contact, arrays_);
+  view_.diagonal_entry = arrays_.Upload(DiagonalEntries(plan));
 }
 
 void DeviceCloth::ToEliminationOrder(const double* mesh_order, int columns, int stride,
@@ -176,12 +168,12 @@ DeviceMaterials::DeviceMaterials(std::span<const MaterialField* const> materials
     stretch.insert(stretch.end(), m->stretch.begin(), m->stretch.end());
     bend.insert(bend.end(), m->bend.begin(), m->bend.end());
   }
-  stretch_ = DeviceBuffer<StretchTable>(stretch);
-  bend_ = DeviceBuffer<BendTable>(bend);
+  const StretchTable* const stretches = tables_.Upload(stretch);
+  const BendTable* const bends = tables_.Upload(bend);
   std::vector<MaterialView> views;
   for (const MaterialField* m : materials) {
     const Place& place = places.at(m);
-    views.push_back({m->density, stretch_.data() + place.stretch, bend_.data() + place.bend,
+    views.push_back({m->density, stretches + place.stretch, bends + place.bend,
                      m->stretch.size() == 1 ? 0 : 1, m->bend.size() == 1 ? 0 : 1});
   }
   views_ = DeviceBuffer<MaterialView>(views);

@@ -9,21 +9,8 @@
 #include "cuda/factor/multifrontal.h"
 #include "cuda/kernels/cloth/cloth_view.h"
 #include "physics/cloth/cloth_model.h"
-#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 
 namespace drape {
-
-// A copy of a triangle mesh on the present device.
-class DeviceSurface {
- public:
-  explicit DeviceSurface(const SurfaceObstacle& surface);
-  const SurfaceView& view() const { return view_; }
-
- private:
-  DeviceBuffer<double> x_, centre_, radius_, face_normal_, corner_normal_;
-  DeviceBuffer<int> corner_, neighbour_, counted_, cell_start_, cell_triangle_;
-  SurfaceView view_;
-};
 
 // A cloth model on the present device, in elimination order.
 class DeviceCloth {
@@ -42,24 +29,10 @@ class DeviceCloth {
   void ToMeshOrder(const double* elimination_order, int columns, int stride, double* to) const;
 
  private:
-  SolidContact UploadContact(const Contact& contact);
-
   std::shared_ptr<const ClothModel> model_;
   std::vector<int> position_;
   Multifrontal multifrontal_;
-  DeviceBuffer<Face> faces_;
-  DeviceBuffer<Hinge> hinges_;
-  DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, entry_order_, diagonal_entry_;
-  DeviceBuffer<Solid> solids_;
-  std::vector<DeviceSurface> surfaces_;
-  DeviceBuffer<StretchNode> strain_nodes_;
-  struct Gather {
-    DeviceBuffer<int> start, item;
-    explicit Gather(const GatherList& list) : start(list.start), item(list.item) {}
-    GatherView view() const { return {start.data(), item.data()}; }
-  };
-  std::unique_ptr<Gather> to_entry_, to_vertex_;
+  DeviceArrays arrays_;
   Law law_;
   ClothView view_{};
 };
@@ -71,8 +44,7 @@ class DeviceMaterials {
   const MaterialView* views() const { return views_.data(); }
 
  private:
-  DeviceBuffer<StretchTable> stretch_;
-  DeviceBuffer<BendTable> bend_;
+  DeviceArrays tables_;
   DeviceBuffer<MaterialView> views_;
 };
 
