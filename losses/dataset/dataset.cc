@@ -307,7 +307,7 @@ void CheckDisjoint(const Split& split, const std::string& path) {
   }
 }
 
-constexpr int kAngles = 360, kSupersample = 2;
+constexpr int kAngles = 360, kTurnSupersample = 2;
 
 bool HasFillerVt(const ObjContent& content) {
   return content.vt.size() == content.v.size() + 1 && content.vt[0].isZero(0);
@@ -486,7 +486,7 @@ PublishedMesh ReadPublishedMesh(const std::string& path) {
 std::optional<QuarterTurn> FindQuarterTurn(const ObjSurface& surface, const GrayImage& image,
                                            const Camera& camera) {
   const auto measured = CentredProfile(image, camera);
-  const auto seen = CentredProfile(Rasterize(surface, camera, kSupersample), camera);
+  const auto seen = CentredProfile(Rasterize(surface, camera, kTurnSupersample), camera);
   if (!measured || !seen) return {};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   QuarterTurn best{0, kInfinity, kInfinity};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPercent = 100.0;
 
-Eigen::Vector2d PointAt(const Eigen::VectorXd& radius, int k) {
+Eigen::Vector2d HemPoint(const Eigen::VectorXd& radius, int k) {
   const double angle = 2 * M_PI * k / static_cast<double>(radius.size());
   return radius[k] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
 }
@@ -82,7 +82,7 @@ std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius, double min_promi
     nodes.push_back({.angle = 2 * M_PI * folds[i].peak / static_cast<double>(radius.size()),
                      .radius = peak,
                      .height = peak - 0.5 * (radius[before] + radius[after]),
-                     .width = (PointAt(radius, after) - PointAt(radius, before)).norm()});
+                     .width = (HemPoint(radius, after) - HemPoint(radius, before)).norm()});
   }
   if (nodes.size() == 1) nodes[0].width = 2 * radius[folds[0].valley];  // both valleys are one
   std::sort(nodes.begin(), nodes.end(),

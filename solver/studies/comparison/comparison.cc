@@ -447,7 +447,7 @@ struct Plan {
   std::vector<ComparedModel> models;
   std::vector<SharedSplit> splits = {};
 
-  // Of a cell.
+  // The split and the model of a cell.
   const SharedSplit& FindSplit(std::size_t cell) const { return splits[cell / models.size()]; }
   const ComparedModel& FindModel(std::size_t cell) const { return models[cell % models.size()]; }
 };
