@@ -10,6 +10,7 @@
 
 #include "cuda/make_backend.h"
 #include "physics/mesh/obj_io.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
@@ -84,10 +85,8 @@ Json RunJson(const GarmentRun& run) {
           {"seconds", run.seconds}};
 }
 
-}  // namespace
-
 // Where a run can go on: the state at a frame, and what has been measured up to it.
-struct WearJob::Checkpoint {
+struct Checkpoint {
   int frame = -1;  // none yet
   State state;
   GarmentRun run;
@@ -129,9 +128,40 @@ struct WearJob::Checkpoint {
   }
 };
 
-WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options)
-    : spec_(spec), options_(options), pattern_(ReadPattern(spec.garment)) {
+class WearJob {
+ public:
+  WearJob(const WearSpec& spec, const WearRunOptions& options, const MaterialMaker& make_materials);
+
+  GarmentResult Run(const RunControl& control) const;
+
+ private:
+  std::string VertexText(int sewn_vertex) const;
+  Eigen::VectorXd Unsewn(const Eigen::VectorXd& x) const;
+  [[noreturn]] void RefuseStart(const State& start, int vertex, const std::string& found,
+                                const std::string& expected) const;
+  void CheckStart(const State& start) const;
+  nlohmann::json Key(const MaterialField& material, int draw) const;
+  GarmentRun RunOne(const MaterialField& material, int draw, const std::string& folder,
+                    const RunControl& control) const;
+  const ClothModel& model() const { return *sewn_.model; }
+
+  WearSpec spec_;  // with the time step and the frames of the runs
+  WearRunOptions options_;
+  Pattern pattern_;
+  std::unique_ptr<Body> body_;
+  GarmentMesh garment_;
+  SewnGarment sewn_;
+  std::string device_;
+  std::function<MaterialField(int draw)> materials_;
+  std::string read_sum_;  // of the sums of all files that were read
+};
+
+WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
+                 const MaterialMaker& make_materials)
+    : spec_(spec), options_(options) {
   CheckFields(spec);
+  const ReadRecord read;
+  pattern_ = ReadPattern(spec.garment);
   body_ = ParseBody(spec.body, pattern_.arm_angle, {.frames_per_second = spec.body_fps});
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
@@ -142,17 +172,17 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options)
   euler.threads = std::max(1, options.step_threads / spec.draws);
   euler.linear_solver =
       MakeStepLinearSolver(options.backend, sewn_.model->pattern, euler.threads, &device_);
+  materials_ = make_materials(model());
+  std::string sums;
+  for (const ReadRecord::File& file : read.files()) sums += file.sha256;
+  read_sum_ = Sha256(sums);
 }
 
-nlohmann::json WearJob::Key(const MaterialField& material, int draw,
-                            const std::vector<ReadRecord::File>& files) const {
-  nlohmann::json key = {{"draw", draw}, {"material", MaterialSum(material)}};
+nlohmann::json WearJob::Key(const MaterialField& material, int draw) const {
+  nlohmann::json key = {{"draw", draw}, {"material", MaterialSum(material)}, {"files", read_sum_}};
   VisitFields(spec_, [&](const auto& value, const Field& field) {
     if (field.in_key && !IsPath(value, field)) key[field.key] = value;
   });
-  std::string sums;  // one for all files, since a body can have thousands
-  for (const ReadRecord::File& file : files) sums += file.sha256;
-  key["files"] = Sha256(sums);
   return key;
 }
 
@@ -196,8 +226,9 @@ void WearJob::CheckStart(const State& start) const {
                 "panels that do not: move them apart, or set --self_contact=false");
 }
 
-GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const nlohmann::json& key,
-                           const std::string& folder, const RunControl& control) const {
+GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::string& folder,
+                           const RunControl& control) const {
+  const nlohmann::json key = Key(material, draw);
   fs::create_directories(folder);
   const std::string stored = folder + "/checkpoint.json";
   Checkpoint at;
@@ -232,10 +263,9 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const nlohma
   return run;
 }
 
-GarmentResult WearJob::Run(const std::function<MaterialField(int draw)>& materials,
-                           const std::vector<ReadRecord::File>& files,
-                           const RunControl& control) const {
-  GarmentResult result;
+GarmentResult WearJob::Run(const RunControl& control) const {
+  control.Log("factorises on " + device_);
+  GarmentResult result{.spec = spec_, .device = device_};
   result.runs.resize(spec_.draws);
   for (int draw = 0; draw < spec_.draws; ++draw) {
     if (spec_.draws > 1) result.runs[draw].name = Format("draw_%d", draw + 1);
@@ -252,9 +282,8 @@ GarmentResult WearJob::Run(const std::function<MaterialField(int draw)>& materia
           control.Report(std::accumulate(done.begin(), done.end(), 0.0) / spec_.draws,
                          name.empty() ? note : name + " " + note);
         }};
-    const MaterialField material = materials(draw);
-    GarmentRun run = RunOne(material, draw, Key(material, draw, files),
-                            options_.out + (name.empty() ? "" : "/" + name), part);
+    GarmentRun run =
+        RunOne(materials_(draw), draw, options_.out + (name.empty() ? "" : "/" + name), part);
     run.name = name;
     result.runs[draw] = std::move(run);
   });
@@ -262,11 +291,18 @@ GarmentResult WearJob::Run(const std::function<MaterialField(int draw)>& materia
   return result;
 }
 
-Json WearJob::Summary(const GarmentResult& result) const {
+}  // namespace
+
+GarmentResult RunWearJob(const WearSpec& spec, const WearRunOptions& options,
+                         const MaterialMaker& make_materials, const RunControl& control) {
+  return WearJob(spec, options, make_materials).Run(control);
+}
+
+Json WearSummary(const GarmentResult& result) {
   Json json = {{"tool", "drape_garment"}, {"status", result.cancelled ? "cancelled" : "done"}};
-  VisitFields(spec_, [&](const auto& value, const Field& field) { json[field.key] = value; });
+  VisitFields(result.spec, [&](const auto& value, const Field& field) { json[field.key] = value; });
   json["frames_per_second"] = kFrameRate;
-  json["backend"] = device_;
+  json["backend"] = result.device;
   json["runs"] = Json::array();
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
   return json;

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "physics/util/atomic_file.h"
 #include "solver/prediction/garment/wear.h"
 
 namespace drape {
@@ -85,49 +84,24 @@ struct GarmentRun {
   double seconds = 0.0;  // of all frames
 };
 struct GarmentResult {
-  std::vector<GarmentRun> runs;
+  std::vector<GarmentRun> runs = {};
   bool cancelled = false;
+  WearSpec spec = {};       // with the time step and the frames of the runs
+  std::string device = {};  // of the factorisations, in words
 };
 
-// Dresses the body in a garment. A checkpoint of each frame knows the run by the fields of its
-// spec, by the material and by the SHA-256 of each file that was read, not by a path.
-class WearJob {
- public:
-  // Reads pattern and body. Throws InputError.
-  WearJob(const WearSpec& spec, const WearRunOptions& options);
+// The materials of the draws 0, 1, 2, … for a garment of this model.
+using MaterialMaker =
+    std::function<std::function<MaterialField(int draw)>(const ClothModel& model)>;
 
-  const ClothModel& model() const { return *sewn_.model; }
-  const std::string& device() const { return device_; }  // of factorisations, in words
+// Dresses the body in a garment. Writes garment.obj, garment.pc2, body.obj, body.pc2 and
+// checkpoint.json, of each draw in a folder of its own where there are several. A cancelled run can
+// be resumed: a checkpoint knows the run by the fields of its spec, by the material and by the
+// SHA-256 of each file that was read, not by a path. Throws InputError.
+GarmentResult RunWearJob(const WearSpec& spec, const WearRunOptions& options,
+                         const MaterialMaker& make_materials, const RunControl& control);
 
-  // materials: of each draw, from 0. files: all that were read, by the constructor too. Writes
-  // garment.obj, garment.pc2, body.obj, body.pc2 and checkpoint.json, of each draw in a folder of
-  // its own where there are several. A cancelled run can be resumed. Throws InputError.
-  GarmentResult Run(const std::function<MaterialField(int draw)>& materials,
-                    const std::vector<ReadRecord::File>& files, const RunControl& control) const;
-
-  // The fields of the spec, the device and the runs.
-  nlohmann::ordered_json Summary(const GarmentResult& result) const;
-
- private:
-  struct Checkpoint;
-
-  std::string VertexText(int sewn_vertex) const;
-  Eigen::VectorXd Unsewn(const Eigen::VectorXd& x) const;
-  [[noreturn]] void RefuseStart(const State& start, int vertex, const std::string& found,
-                                const std::string& expected) const;
-  void CheckStart(const State& start) const;
-  nlohmann::json Key(const MaterialField& material, int draw,
-                     const std::vector<ReadRecord::File>& files) const;
-  GarmentRun RunOne(const MaterialField& material, int draw, const nlohmann::json& key,
-                    const std::string& folder, const RunControl& control) const;
-
-  WearSpec spec_;  // its wear has the time step and the frames of the run
-  WearRunOptions options_;
-  Pattern pattern_;
-  std::unique_ptr<Body> body_;
-  GarmentMesh garment_;
-  SewnGarment sewn_;
-  std::string device_;
-};
+// The fields of the spec, the device and the runs.
+nlohmann::ordered_json WearSummary(const GarmentResult& result);
 
 }  // namespace drape

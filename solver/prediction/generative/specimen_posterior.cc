@@ -21,9 +21,9 @@ namespace {
 constexpr int kAmplitudes = 8;                        // of waves 1 … 8 of the outline
 constexpr int kFirstDirected = 2, kLastDirected = 4;  // waves that show where warp is
 constexpr int kRegressors = kNumFeatures + kAmplitudes + 2 * (kLastDirected - kFirstDirected + 1);
-constexpr double kRidge = 0.1;           // beside the weights of drapes, of which the largest is 1
-constexpr double kStartFromEnds = 1e-6;  // BoundedNumber::From
-constexpr double kLeastShare = 1e-9;     // of the largest weight
+constexpr double kRidge = 0.1;        // beside the weights of drapes, of which the largest is 1
+constexpr double kFromBounds = 1e-6;  // BoundedNumber::From
+constexpr double kLeastShare = 1e-9;  // of the largest weight
 
 BoundedNumber InRange(int number) {
   return {NumberRanges()[number].low, NumberRanges()[number].high};
@@ -107,7 +107,7 @@ SpecimenPosterior InferSpecimen(const DrapePool& pool, const std::vector<Trainin
     weights[row] = std::max(1.0 - share * share, kLeastShare) *
                    std::exp(log_proposal[nearest.front().index] - log_proposal[index]);
     for (int k = 0; k < kSpecimenNumbers; ++k)
-      numbers(row, k) = InRange(k).From(pool.drapes[index].numbers[k], kStartFromEnds);
+      numbers(row, k) = InRange(k).From(pool.drapes[index].numbers[k], kFromBounds);
   }
   SpecimenPosterior posterior;
   posterior.nearest = nearest.front().away;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/prediction/generative/weighted_drapes.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,19 +46,7 @@ Eigen::MatrixXf DistancesBetween(const Columns& a, const Columns& b) {
   return DistancesBetween(a.features, b.features) + DistancesBetween(a.outlines, b.outlines);
 }
 
-// A box of numbers.
-struct Box {
-  SpecimenNumbers low = SpecimenNumbers::Constant(std::numeric_limits<double>::infinity());
-  SpecimenNumbers high = -low;
-
-  void Add(const SpecimenNumbers& numbers) {
-    low = low.cwiseMin(numbers);
-    high = high.cwiseMax(numbers);
-  }
-  bool Has(const SpecimenNumbers& numbers) const {
-    return (numbers.array() >= low.array()).all() && (numbers.array() <= high.array()).all();
-  }
-};
+using Box = Eigen::AlignedBox<double, kSpecimenNumbers>;
 
 // Around the drapes most like the observed ones. *start: their mean, and large deviations.
 Box GuessStart(const DrapePool& pool, const std::vector<NearDrape>& nearest,
@@ -66,7 +55,7 @@ Box GuessStart(const DrapePool& pool, const std::vector<NearDrape>& nearest,
   start->mean[0].setZero();
   for (const NearDrape& near : nearest) {
     start->mean[0] += pool.drapes[near.index].numbers / double(nearest.size());
-    box.Add(pool.drapes[near.index].numbers);
+    box.extend(pool.drapes[near.index].numbers);
   }
   start->mean[1] = start->mean[0];
   for (int k = 0; k < kSpecimenNumbers; ++k)
@@ -79,7 +68,8 @@ Box BoxAround(const std::vector<SpecimenDistribution>& starts) {
   Box box;
   for (const SpecimenDistribution& start : starts)
     for (const SpecimenNumbers& mean : start.mean)
-      for (const double side : {-kFitReach, kFitReach}) box.Add(mean + side * start.deviation);
+      for (const double side : {-kFitReach, kFitReach})
+        box.extend(SpecimenNumbers(mean + side * start.deviation));
   return box;
 }
 
@@ -146,7 +136,7 @@ WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingD
   }
   std::vector<int> near;
   for (std::size_t i = 0; i < pool.drapes.size(); ++i)
-    if (box.Has(pool.drapes[i].numbers)) near.push_back(static_cast<int>(i));
+    if (box.contains(pool.drapes[i].numbers)) near.push_back(static_cast<int>(i));
   if (static_cast<double>(near.size()) < 2 * options.least_effective)
     throw InputError("pool", "found " + std::to_string(near.size()) +
                                  " drapes near the fabric, expected at least " +

@@ -69,17 +69,16 @@ OptionTable GarmentTable(GarmentOptions& options) {
 }
 
 GarmentResult RunGarments(const GarmentOptions& options, const RunControl& control) {
-  const ReadRecord read;
-  const WearJob job(options.spec, {.threads = CountThreads(options.threads),
-                                   .step_threads = options.threads,
-                                   .backend = options.backend,
-                                   .out = options.out,
-                                   .resume = options.resume});
-  const MaterialSource materials = MakeMaterials(options, job.model());
   const OutputFolder out(options.out, {"summary.json"});
-  control.Log("factorises on " + job.device());
-  GarmentResult result = job.Run(materials, read.files(), control);
-  nlohmann::ordered_json summary = job.Summary(result);
+  GarmentResult result = RunWearJob(
+      options.spec,
+      {.threads = CountThreads(options.threads),
+       .step_threads = options.threads,
+       .backend = options.backend,
+       .out = options.out,
+       .resume = options.resume},
+      [&](const ClothModel& model) { return MakeMaterials(options, model); }, control);
+  nlohmann::ordered_json summary = WearSummary(result);
   summary["material"] = options.fabric.path;
   summary["min_relative_stiffness"] = options.fabric.min_relative_stiffness;
   WriteWithProvenance(out.Staged("summary.json"), std::move(summary));

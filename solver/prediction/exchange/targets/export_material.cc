@@ -31,6 +31,9 @@ constexpr char kLosesThickness[] =
 constexpr char kLosesTables[] =
     "the change of stiffness with strain and curvature: one number for each direction is left";
 constexpr char kLosesCoupling[] = "c12, the coupling of the two thread directions";
+constexpr char kSameEnergies[] =
+    "its hinge and membrane energies, written again from its source as a test, are those of "
+    "drapefit; not run in the program";
 constexpr char kLosesUncertainty[] = "the standard deviations of the posterior";
 
 // The shortest text that reads back as this number.
@@ -186,9 +189,7 @@ ExportedMaterial ExportPpf(const ExchangeRecord& record) {
                    "the rigidity along the bias, which is the mean of weft and warp there",
                    kLosesTables},
           .verified = false,
-          .evidence =
-              "its hinge and membrane energies, written again from its source as a test, "
-              "are those of drapefit; not run in the program"};
+          .evidence = kSameEnergies};
 }
 
 ExportedMaterial ExportNewton(const ExchangeRecord& record, IsotropicChoice keep) {
@@ -205,9 +206,7 @@ ExportedMaterial ExportNewton(const ExchangeRecord& record, IsotropicChoice keep
                               record.material.shear),
                    kLosesTables},
           .verified = false,
-          .evidence =
-              "its hinge and membrane energies, written again from its source as a test, "
-              "are those of drapefit; not run in the program"};
+          .evidence = kSameEnergies};
 }
 
 ExportedMaterial ExportStyle3d(const ExchangeRecord& record) {
@@ -219,9 +218,7 @@ ExportedMaterial ExportStyle3d(const ExchangeRecord& record) {
           .use = "import it and pass **cloth_arguments() to newton.solvers.style3d.add_cloth_mesh",
           .lost = {kLosesCoupling, kLosesTables},
           .verified = false,
-          .evidence =
-              "its hinge and membrane energies, written again from its source as a test, "
-              "are those of drapefit; not run in the program"};
+          .evidence = kSameEnergies};
 }
 
 ExportedMaterial ExportBlender(const ExchangeRecord& record) {

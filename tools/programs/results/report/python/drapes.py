@@ -223,12 +223,14 @@ class Cloth:
         self.hinges = keys[count == 2]
         self.beside = np.stack([by_edge[start[count == 2] + k] // 3 for k in range(2)], axis=1)
 
+    def sum_at(self, vertices, values):
+        """The sum over faces or hinges at each vertex."""
+        return np.bincount(vertices.ravel(), np.repeat(values, vertices.shape[1]), len(self.x))
+
     def mean_of_faces(self, values):
         """The mean of the faces around each vertex, weighted by area."""
-        total, area = np.zeros(len(self.x)), np.zeros(len(self.x))
-        np.add.at(total, self.faces, (self.area * values)[:, None])
-        np.add.at(area, self.faces, self.area[:, None])
-        return total / np.maximum(area, 1e-30)
+        area = self.sum_at(self.faces, self.area)
+        return self.sum_at(self.faces, self.area * values) / np.maximum(area, 1e-30)
 
     def stretch(self):
         """The largest principal strain of each face against its rest shape [%]."""
@@ -245,10 +247,8 @@ class Cloth:
         cosine = np.clip((normal[self.beside[:, 0]] * normal[self.beside[:, 1]]).sum(axis=1), -1, 1)
         rest = np.linalg.norm(self.uv[self.hinges[:, 0]] - self.uv[self.hinges[:, 1]], axis=1)
         value = np.arccos(cosine) / (2 * self.area[self.beside].sum(axis=1) / (3 * rest))
-        total, count = np.zeros(len(self.x)), np.zeros(len(self.x))
-        np.add.at(total, self.hinges, value[:, None])
-        np.add.at(count, self.hinges, 1)
-        return total / np.maximum(count, 1)
+        count = self.sum_at(self.hinges, np.ones(len(value)))
+        return self.sum_at(self.hinges, value) / np.maximum(count, 1)
 
 
 def packed(values, kind):
