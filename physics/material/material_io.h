@@ -38,10 +38,10 @@ struct MaterialPolicy {
 // A fabric and its origin.
 struct Material {
   std::string name;
-  MaterialField field;            // from ReadMaterial: one stretch table, one bend table
-  std::string source_convention;  // "mechanical" or "arcsim": convention of the file
-  std::string source;             // a note on the origin, may be empty
-  std::vector<std::string> warnings;
+  MaterialField field;  // from ReadMaterial: one stretch table, one bend table
+  std::string source_convention = "mechanical";  // or "arcsim": convention of the file
+  std::string source = {};                       // a note on the origin, may be empty
+  std::vector<std::string> warnings = {};
 };
 
 // The name of the fabric configs/fabrics/synthetic_shirt.json as of the build, so that programs

@@ -12,6 +12,7 @@
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
+#include "physics/material/material.h"
 #include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 
@@ -77,5 +78,16 @@ void VisitFields(Options& options, Visitor&& visit) {
 Observation ReadImageObservation(const std::string& file, const ObservationOptions& options);
 Observation ReadCaptureObservation(const Capture& capture, ObservationSource source,
                                    const ObservationOptions& options);
+
+// What cameras have seen of one fabric, and what is known of it.
+struct ObservedFabric {
+  std::vector<Observation> drapes;               // at least one, of specimens of one size
+  MaterialField start;                           // tables from which a fit starts
+  std::vector<MaterialField> other_starts = {};  // further ones: a fit starts from all
+  double density = 0.0;  // as weighed [kg/m²]; 0: not known, that of `start` is assumed
+  // Models bayes and bdp: the specimen of each drape, from 1 without gaps; empty: each shows its
+  // own.
+  std::vector<int> specimens = {};
+};
 
 }  // namespace drape

@@ -124,14 +124,28 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
   CheckSpecimens(data.specimens, data.num_observations());
 }
 
-// density [kg/m²]: 0 as the file has it.
+// Prepares tables as a fit begins with them. density [kg/m²]: 0 keeps the density of the tables.
+MaterialField PrepareStartTables(const FitSpec& spec, MaterialField start, double density) {
+  if (density > 0.0) start.density = density;
+  return InForm(std::move(start), spec.table_form);
+}
+
 MaterialField ReadStartTables(const FitSpec& spec, const std::string& file, double density,
                               std::vector<std::string>* notes) {
   Material start =
       ReadMaterial(file, ReadingPolicy(MakeLaw(spec.law), spec.min_relative_stiffness));
   notes->insert(notes->end(), start.warnings.begin(), start.warnings.end());
-  if (density > 0.0) start.field.density = density;
-  return InForm(std::move(start.field), spec.table_form);
+  return PrepareStartTables(spec, std::move(start.field), density);
+}
+
+// Checks the tables of a caller, which no reader of a file has checked.
+void RequireStartTables(const FitSpec& spec, const MaterialField& start) {
+  if (start.stretch.size() != 1 || start.bend.size() != 1)
+    throw InputError("start", "expected one table of stretch and one of bend");
+  if (spec.law == LawKind::kReference || spec.min_relative_stiffness > 0.0) return;
+  const double* stretch = start.stretch[0].entries();
+  if (*std::min_element(stretch, stretch + kStretchEntries) < 0.0)
+    throw InputError("start", "found a negative stretch entry, expected none");
 }
 
 void ReadAllStartTables(const FitSpec& spec, const FitData& data, FitInput* input) {
@@ -341,37 +355,41 @@ void CheckNames(const std::vector<Observation>& observations) {
                            "', expected distinct names: they name the output files");
 }
 
-FitInput MakeFitInput(const FitSpec& spec, const MaterialField& start,
-                      std::vector<Observation> observations) {
-  if (observations.empty())
+FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
+  if (fabric.drapes.empty())
     throw InputError("observations", "found nothing, expected at least one silhouette");
   FitData data;
-  for (const Observation& each : observations) data.images.push_back(each.name);
+  for (const Observation& each : fabric.drapes) data.images.push_back(each.name);
+  data.specimens = fabric.specimens;
   CheckModel(spec, data);
-  const double* stretch = start.stretch[0].entries();
-  if (spec.law != LawKind::kReference && spec.min_relative_stiffness == 0.0 &&
-      *std::min_element(stretch, stretch + kStretchEntries) < 0.0)
-    throw InputError("start", "found a negative stretch entry, expected none");
   FitInput input;
-  input.discs = observations.front().discs;
-  for (const Observation& each : observations) {
+  input.discs = fabric.drapes.front().discs;
+  for (const Observation& each : fabric.drapes) {
     if (each.radius.size() != spec.observation.angles)
       throw InputError(each.name,
                        Format("found an outline of %d angles, expected %d",
                               static_cast<int>(each.radius.size()), spec.observation.angles));
     if (each.discs != input.discs)
       throw InputError(each.name, "found " + ToString(each.discs) + ", expected the size of '" +
-                                      observations.front().name + "', " + ToString(input.discs));
+                                      fabric.drapes.front().name + "', " + ToString(input.discs));
   }
-  input.problem.observations = std::move(observations);
-  input.notes = ListNotes(input.problem.observations);
-  input.density_is_given = true;
-  input.problem.material = start;
-  RaiseSmallEntries(input.problem.material, spec.min_relative_stiffness);
-  input.problem.material = InForm(std::move(input.problem.material), spec.table_form);
+  FitProblem& problem = input.problem;
+  problem.observations = std::move(fabric.drapes);
+  problem.specimens = std::move(fabric.specimens);
+  input.notes = ListNotes(problem.observations);
+  input.density_is_given = fabric.density > 0.0;
+  const auto prepare = [&](MaterialField tables, double density) {
+    RequireStartTables(spec, tables);
+    RaiseSmallEntries(tables, spec.min_relative_stiffness);
+    return PrepareStartTables(spec, std::move(tables), density);
+  };
+  problem.material = prepare(std::move(fabric.start), fabric.density);
+  for (MaterialField& other : fabric.other_starts)
+    problem.other_materials.push_back(prepare(std::move(other), problem.material.density));
   if (spec.simpler_models)
-    input.problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
-  input.prior = ReadPrior(spec, start.density);
+    problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
+  NoteDensity({}, &input);
+  input.prior = ReadPrior(spec, problem.material.density);
   MakeBackends(spec, &input);
   return input;
 }

@@ -44,10 +44,8 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
 // distinct.
 void CheckNames(const std::vector<Observation>& observations);
 
-// The input of a fit in memory: what spec, start tables and observations say, with the backends.
-// Throws InputError for a combination that cannot be fitted.
-FitInput MakeFitInput(const FitSpec& spec, const MaterialField& start,
-                      std::vector<Observation> observations);
+// The input of a fit in memory. Throws InputError for a combination that cannot be fitted.
+FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
 

@@ -12,7 +12,7 @@
 #include "physics/util/errors.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/job/fit_drapes.h"
+#include "solver/job/fit_run.h"
 
 namespace drape {
 namespace {

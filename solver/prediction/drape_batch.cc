@@ -27,21 +27,20 @@ void RequireShape(const RowMatrix& array, const std::string& name, Eigen::Index 
 
 }  // namespace
 
-void DrapeBatchOptions::Check() const {
-  if (!(h > 0.0 && std::isfinite(h)))
-    throw InputError("h", Format("found a time step of %g s, expected more than 0", h));
-  if (steps < 0) throw InputError("steps", Format("found %d, expected 0 or more", steps));
-}
-
 DrapeBatch::DrapeBatch(Backend& backend, const std::vector<MaterialField>& materials,
-                       const DrapeInputs& inputs, const DrapeBatchOptions& options)
+                       DrapeInputs inputs, const DrapeBatchOptions& options)
     : backend_(backend), options_(options) {
-  options.Check();
+  if (!(options.h > 0.0 && std::isfinite(options.h)))
+    throw InputError("h", Format("found a time step of %g s, expected more than 0", options.h));
+  if (options.steps < 0)
+    throw InputError("steps", Format("found %d, expected 0 or more", options.steps));
   const Eigen::Index count = inputs.log_factors.rows(), factors = inputs.log_factors.cols();
   if (count == 0) throw InputError("drapes", "found 0, expected 1 or more");
   const auto tying =
       ParseName<ParameterTying>(std::to_string(factors), "number of factors of a drape");
-  CheckShapes(inputs, count, factors);
+  if (inputs.start.size() == 0)
+    inputs.start = backend.model().mesh.rest_x.transpose().replicate(count, 1);
+  FillAndCheck(count, factors, &inputs);
   if (materials.size() != 1 && static_cast<Eigen::Index>(materials.size()) != count)
     throw InputError("materials", Format("found %zu, expected 1 or %d, the number of drapes",
                                          materials.size(), static_cast<int>(count)));
@@ -52,12 +51,15 @@ DrapeBatch::DrapeBatch(Backend& backend, const std::vector<MaterialField>& mater
   }
 }
 
-void DrapeBatch::CheckShapes(const DrapeInputs& inputs, Eigen::Index count,
-                             Eigen::Index factors) const {
+void DrapeBatch::FillAndCheck(Eigen::Index count, Eigen::Index factors, DrapeInputs* inputs) const {
   const Eigen::Index dofs = backend_.model().num_dofs();
-  RequireShape(inputs.log_factors, "log_factors", count, factors);
-  RequireShape(inputs.start, "start", count, dofs);
-  RequireShape(inputs.velocity, "velocity", count, dofs);
+  const auto check = [count](RowMatrix& array, const char* name, Eigen::Index columns) {
+    if (array.size() == 0) array = RowMatrix::Zero(count, columns);
+    RequireShape(array, name, count, columns);
+  };
+  check(inputs->log_factors, "log_factors", factors);
+  check(inputs->start, "start", dofs);
+  check(inputs->velocity, "velocity", dofs);
 }
 
 std::vector<RolloutInput> DrapeBatch::ListInputs() const {
@@ -66,11 +68,11 @@ std::vector<RolloutInput> DrapeBatch::ListInputs() const {
   return inputs;
 }
 
-RolloutOptions DrapeBatch::Steps(const std::atomic<bool>& cancel) const {
+RolloutOptions DrapeBatch::Steps(const std::atomic<bool>* cancel) const {
   RolloutOptions steps;
   steps.h = options_.h;
   steps.steps = options_.steps;
-  steps.cancel = &cancel;
+  steps.cancel = cancel;
   return steps;
 }
 
@@ -81,7 +83,7 @@ std::vector<int> DrapeBatch::ListFound() const {
   return found;
 }
 
-void DrapeBatch::Run(const std::atomic<bool>& cancel) {
+void DrapeBatch::Run(const std::atomic<bool>* cancel) {
   status_.clear();
   ends_.assign(size(), {});
   if (options_.solve_mode == SolveMode::kDynamic) {
@@ -94,7 +96,7 @@ void DrapeBatch::Run(const std::atomic<bool>& cancel) {
     return;
   }
   SettleOptions settle{.steps = Steps(cancel)};
-  settle.equilibrium.cancel = &cancel;
+  settle.equilibrium.cancel = cancel;
   auto drapes = Settle(backend_, ListInputs(), settle);
   for (int i = 0; i < size(); ++i) {
     EquilibriumResult& rest = drapes[i].rest;
@@ -143,7 +145,7 @@ RowMatrix DrapeBatch::Read(const Readout& readout) const {
 }
 
 Eigen::VectorXd DrapeBatch::Move(int i, const DrapeInputs& change, StepSolver& solver,
-                                 const std::atomic<bool>& cancel) const {
+                                 const std::atomic<bool>* cancel) const {
   const MaterialField entries = maps_[i].Jvp(materials_[i], change.log_factors.row(i));
   if (options_.solve_mode == SolveMode::kStatic) {
     Eigen::VectorXd dx;
@@ -156,15 +158,15 @@ Eigen::VectorXd DrapeBatch::Move(int i, const DrapeInputs& change, StepSolver& s
   return jvp.rollout.status == RolloutStatus::kOk ? std::move(jvp.change.x) : Eigen::VectorXd();
 }
 
-RowMatrix DrapeBatch::Jvp(const Readout& readout, const DrapeInputs& change,
-                          const std::atomic<bool>& cancel) const {
-  CheckShapes(change, size(), maps_[0].size());
+RowMatrix DrapeBatch::Jvp(const Readout& readout, DrapeInputs change,
+                          const std::atomic<bool>* cancel) const {
+  FillAndCheck(size(), maps_[0].size(), &change);
   // The model of a backend lives as long as the backend.
   const std::shared_ptr<const ClothModel> model(std::shared_ptr<void>(), &backend_.model());
   const StepSolver solver(model);
   const std::vector<int> found = ListFound();
   RowMatrix all = NotANumber(readout.size());
-  RunInThreads(static_cast<int>(found.size()), backend_.threads(), &cancel, [&](int k) {
+  RunInThreads(static_cast<int>(found.size()), backend_.threads(), cancel, [&](int k) {
     const int i = found[k];
     StepSolver own = solver.Clone();
     const Eigen::VectorXd dx = Move(i, change, own, cancel);
@@ -176,7 +178,7 @@ RowMatrix DrapeBatch::Jvp(const Readout& readout, const DrapeInputs& change,
 }
 
 DrapeInputs DrapeBatch::Vjp(const Readout& readout, const RowMatrix& dL_dr,
-                            const std::atomic<bool>& cancel) const {
+                            const std::atomic<bool>* cancel) const {
   RequireShape(dL_dr, "cotangent", size(), readout.size());
   const Eigen::Index dofs = backend_.model().num_dofs();
   std::vector<int> readable;
@@ -198,7 +200,7 @@ DrapeInputs DrapeBatch::Vjp(const Readout& readout, const RowMatrix& dL_dr,
 }
 
 void DrapeBatch::AddAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
-                             const std::atomic<bool>& cancel, DrapeInputs* gradient) const {
+                             const std::atomic<bool>* cancel, DrapeInputs* gradient) const {
   const std::vector<RolloutInput> inputs = ListInputs();
   std::vector<Recording> again;
   std::vector<bool> has_derivative(size(), true);

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "cuda/make_backend.h"
+#include "losses/readout/readouts.h"
+#include "physics/cloth/start_shape.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/readout.h"
 #include "solver/fit/parametrisation.h"
@@ -14,12 +17,16 @@ namespace drape {
 
 // A batch of B drapes as differentiable functions of factors on the entries of their tables and of
 // where they start: what a program of a user's own differentiates, an optimiser or a network.
+// MakeBackend simulates them, a start shape (start_shape.h) says where they start, and a readout
+// (readouts.h) is what is read of them.
 
 // One row for each drape: the inputs themselves, a change of them, or derivatives by them.
 struct DrapeInputs {
-  RowMatrix log_factors;  // θ of a TableParametrisation whose tying has P numbers, shape [B, P]
-  RowMatrix start;        // positions [m], shape [B, 3V]
-  RowMatrix velocity;     // [m/s], shape [B, 3V]
+  // Logarithms of factors on P numbers of the tables, shape [B, P]. P is 1 (bend), 2 (stretch,
+  // bend), 3 (rows of bend), 7 (columns of stretch, rows of bend) or 39 (all entries).
+  RowMatrix log_factors;
+  RowMatrix start = {};     // positions [m], shape [B, 3V]; empty: the flat cloth
+  RowMatrix velocity = {};  // [m/s], shape [B, 3V]; empty: 0
 };
 
 struct DrapeBatchOptions {
@@ -27,19 +34,18 @@ struct DrapeBatchOptions {
   int steps = 100;                             // ≥ 0
   SolveMode solve_mode = SolveMode::kDynamic;  // kStatic: Newton's method after the steps
   bool record = false;  // keep what Vjp needs of the steps, which saves it a simulation
-
-  void Check() const;  // throws InputError
 };
 
 // All numbers of a drape that failed, of one that cannot be read, and of derivatives that do not
-// exist are NaN. Shapes of other sizes and numbers that are not finite are InputErrors.
+// exist are NaN. Shapes of other sizes and numbers that are not finite are InputErrors. When
+// *cancel turns true, the rest is NaN.
 class DrapeBatch {
  public:
   // materials: one for all drapes or one for each. The backend outlives the object.
-  DrapeBatch(Backend& backend, const std::vector<MaterialField>& materials,
-             const DrapeInputs& inputs, const DrapeBatchOptions& options);
-  // Simulates; before all others. When cancel turns true, here and below, the rest is NaN.
-  void Run(const std::atomic<bool>& cancel);
+  DrapeBatch(Backend& backend, const std::vector<MaterialField>& materials, DrapeInputs inputs,
+             const DrapeBatchOptions& options = {});
+  // Simulates; before all others.
+  void Run(const std::atomic<bool>* cancel = nullptr);
 
   int size() const { return static_cast<int>(starts_.size()); }
   const std::vector<std::string>& status() const { return status_; }  // "ok", "stable" or why not
@@ -49,25 +55,25 @@ class DrapeBatch {
   Eigen::VectorXd Residuals() const;  // ForceResidual, shape [B]
 
   RowMatrix Read(const Readout& readout) const;  // shape [B, K]
-  // ∂r/∂inputs·change, shape [B, K], on the threads of the host.
-  RowMatrix Jvp(const Readout& readout, const DrapeInputs& change,
-                const std::atomic<bool>& cancel) const;
+  // ∂r/∂inputs·change, shape [B, K], on the threads of the host. An empty part of `change` is 0.
+  RowMatrix Jvp(const Readout& readout, DrapeInputs change,
+                const std::atomic<bool>* cancel = nullptr) const;
   // ∂L/∂inputs of scalars L, from dL_dr, shape [B, K].
   DrapeInputs Vjp(const Readout& readout, const RowMatrix& dL_dr,
-                  const std::atomic<bool>& cancel) const;
+                  const std::atomic<bool>* cancel = nullptr) const;
 
  private:
-  void CheckShapes(const DrapeInputs& inputs, Eigen::Index count, Eigen::Index factors) const;
+  void FillAndCheck(Eigen::Index count, Eigen::Index factors, DrapeInputs* inputs) const;
   std::vector<RolloutInput> ListInputs() const;
-  RolloutOptions Steps(const std::atomic<bool>& cancel) const;
+  RolloutOptions Steps(const std::atomic<bool>* cancel) const;
   std::vector<int> ListFound() const;
   RowMatrix NotANumber(Eigen::Index columns) const;
   // How drape i moves, shape [3V]; empty where that has no derivative.
   Eigen::VectorXd Move(int i, const DrapeInputs& change, StepSolver& solver,
-                       const std::atomic<bool>& cancel) const;
+                       const std::atomic<bool>* cancel) const;
   // Of the drapes `members`, from ∂L/∂x of each of the B drapes, shape [3V, 1].
   void AddAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
-                   const std::atomic<bool>& cancel, DrapeInputs* gradient) const;
+                   const std::atomic<bool>* cancel, DrapeInputs* gradient) const;
   void AddEquilibriumAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
                               DrapeInputs* gradient) const;
 

@@ -9,7 +9,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
 sed -n '/^```cpp$/,/^```$/p' README.md | grep -v '^```' >"$scratch/readme.cc"
-tail -n +2 tests/repository/consumer/consumer.cc >"$scratch/consumer.cc"
+tail -n +3 tests/repository/consumer/consumer.cc >"$scratch/consumer.cc"
 diff "$scratch/readme.cc" "$scratch/consumer.cc"
 
 status=0

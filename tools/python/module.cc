@@ -5,20 +5,27 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
+#include <limits>
+#include <map>
 #include <mutex>
+#include <set>
+#include <stdexcept>
+#include <tuple>
 
-#include "cuda/make_backend.h"
-#include "losses/camera/camera.h"
-#include "losses/outline/measured_image.h"
-#include "losses/outline/outline.h"
-#include "losses/readout/readouts.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/state.h"
+#include "physics/material/material_scaling.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
-#include "solver/prediction/drape_batch.h"
+#include "solver/drapefit.h"
+#include "solver/prediction/garment/body/body_spec.h"
+#include "solver/prediction/garment/pattern/pattern.h"
+#include "solver/prediction/garment/wear.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/fit_options.h"
 #include "tools/inputs/scene_input.h"
 
 namespace py = pybind11;
@@ -91,8 +98,8 @@ void BindInputs(py::module_& m) {
         if (x.size() != self.rest_x.size()) throw InputError("positions", "are of another mesh");
         WriteObj(path, self, x);
       });
-  m.def("read_mesh", [](const std::string& path, bool round_to_float) {
-    return ReadObj(path, {.round_to_float = round_to_float});
+  m.def("read_mesh", [](const std::string& spec, bool round_to_float) {
+    return ParseMeshSpec(spec, {.round_to_float = round_to_float});
   });
   py::class_<Camera>(m, "Camera", "Looks down on the support; pixel centres are at integers.")
       .def_readwrite("width", &Camera::width, "px")
@@ -131,10 +138,6 @@ struct Simulator {
     input.scene = scene;
     input.contact.model = ParseName<ContactModel>(contact, "contact");
     model = MakeSceneModel(input, mesh, discs);
-    if (model->scene.contact && model->scene.contact->self)
-      throw InputError("contact",
-                       "found that of the cloth with itself, which the Python module "
-                       "leaves out, expected none or support");
     if (threads < 0) throw InputError("threads", "expected 0, all cores, or more");
     backend = MakeBackend(backend_name, model, CountThreads(threads), &device);
   }
@@ -183,7 +186,7 @@ struct Drapes {
       RequireFreeStart(simulator->input, *simulator->model, {inputs.start.row(i), {}});
     RunUnlocked([&](const std::atomic<bool>& cancel) {
       const std::lock_guard lock(simulator->in_use);
-      batch.Run(cancel);
+      batch.Run(&cancel);
     });
   }
   static std::vector<MaterialField> Tables(const std::vector<Material>& materials) {
@@ -235,14 +238,137 @@ void BindDrapes(py::module_& m) {
       .def("jvp",
            [](const Drapes& self, const ReadoutChoice& choice, const DrapeInputs& change) {
              return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
-               return self.batch.Jvp(readout, change, cancel);
+               return self.batch.Jvp(readout, change, &cancel);
              });
            })
       .def("vjp", [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
         return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
-          return self.batch.Vjp(readout, dL_dr, cancel);
+          return self.batch.Vjp(readout, dL_dr, &cancel);
         });
       });
+}
+
+// A fabric of this name, of means where it has a table for each element.
+Material NameFabric(const std::string& name, const MaterialField& field) {
+  return {.name = name, .field = MeanTables(field)};
+}
+
+// given: options of drape_fit but those of its files, as text.
+DrapeFit FitImages(const std::vector<std::string>& images, const Material& start,
+                   const std::map<std::string, std::string>& given) {
+  static const std::set<std::string> kOfFiles = {
+      "images", "lab_tests", "material", "base", "ground_truth", "out",         "resume",
+      "data",   "fabric",    "samples",  "face", "captures",     "data_source", "accuracy"};
+  FitToolOptions options;
+  OptionTable table = FitTable(options);
+  std::erase_if(table.options, [](const Option& each) { return kOfFiles.contains(each.key); });
+  for (const auto& [key, text] : given) table.Set(key, text, "fit");
+  const FitSpec spec = MakeFitSpec(options);
+  ObservedFabric fabric{.drapes = {},
+                        .start = start.field,
+                        .density = options.data.density,
+                        .specimens = options.data.specimens};
+  for (const std::string& image : images)
+    fabric.drapes.push_back(ReadImageObservation(image, spec.observation));
+  for (const std::string& other : options.data.other_materials)
+    fabric.other_starts.push_back(ReadMaterial(other).field);
+  return RunUnlocked([&](const std::atomic<bool>& cancel) {
+    return FitDrapes(spec, std::move(fabric), {.cancel = &cancel});
+  });
+}
+
+// Shapes of one mesh as rows.
+RowMatrix Rows(const std::vector<Eigen::VectorXd>& shapes) {
+  RowMatrix rows(shapes.size(), shapes.empty() ? 0 : shapes[0].size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) rows.row(static_cast<int>(i)) = shapes[i];
+  return rows;
+}
+
+void BindFits(py::module_& m) {
+  py::class_<LaboratoryRow>(m, "Quantity", "A number of a laboratory's sheet.")
+      .def_readonly("key", &LaboratoryRow::key)
+      .def_readonly("name", &LaboratoryRow::name)
+      .def_readonly("value", &LaboratoryRow::value)
+      .def_readonly("unit", &LaboratoryRow::unit)
+      .def_readonly("source", &LaboratoryRow::source, "measured, from the prior, given, ...")
+      .def_readonly("standard", &LaboratoryRow::standard)
+      .def_property_readonly(
+          "interval",
+          [](const LaboratoryRow& self) -> std::optional<std::pair<double, double>> {
+            if (!self.interval) return std::nullopt;
+            return std::make_pair(self.interval->low, self.interval->high);
+          },
+          "of 90 %, or None");
+  py::class_<PosteriorQuantity, LaboratoryRow>(m, "PosteriorQuantity")
+      .def_property_readonly("measured", &PosteriorQuantity::measured)
+      .def_property_readonly("samples", [](const PosteriorQuantity& self) {
+        return Eigen::VectorXd::Map(self.samples.data(), std::ssize(self.samples)).eval();
+      });
+  py::class_<DrapeFit>(m, "Fit", "What a fit has found.")
+      .def_property_readonly("fitted", &DrapeFit::fitted)
+      .def_readonly("notes", &DrapeFit::notes)
+      .def_property_readonly("sheet", [](const DrapeFit& self) { return self.sheet.rows; })
+      .def_property_readonly("grade",
+                             [](const DrapeFit& self) { return ToString(self.verdict.grade); })
+      .def_property_readonly("reasons", [](const DrapeFit& self) { return self.verdict.reasons; })
+      .def_property_readonly("material",
+                             [](const DrapeFit& self) {
+                               if (!self.fitted()) throw InputError("fit", "has found no material");
+                               return NameFabric("fitted", self.material);
+                             })
+      .def_property_readonly("_mesh", [](const DrapeFit& self) { return self.cloth->mesh; })
+      .def_property_readonly("_drapes", [](const DrapeFit& self) { return Rows(self.drapes); });
+  m.def("fit", &FitImages);
+  py::class_<Posterior>(m, "Posterior", "Samples of the posterior of a fabric.")
+      .def_readonly("pareto_k", &Posterior::pareto_k, "below 0.7 the samples are reliable")
+      .def_property_readonly("fabrics",
+                             [](const Posterior& self) {
+                               std::vector<Material> fabrics;
+                               for (const MaterialField& field : self.fabrics)
+                                 fabrics.push_back(NameFabric("sample", field));
+                               return fabrics;
+                             })
+      .def_readonly("_quantities", &Posterior::quantities);
+  m.def("sample_posterior", &SamplePosterior);
+}
+
+using Faces = std::vector<std::array<int, 3>>;
+
+// The times of all frames [s], positions [m] and faces of the garment, those of the body, the
+// smallest gap between them [m], and how many faces have met.
+std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int> WearPattern(
+    const std::string& file, const Material& fabric, const std::string& body, double edge,
+    int frames, double friction, bool self_contact, const std::string& law, int threads) {
+  const Pattern pattern = ReadPattern(file);
+  WearOptions options;
+  options.frames = frames;
+  options.friction = friction;
+  options.self_contact = self_contact;
+  options.euler.threads = CountThreads(threads);
+  return RunUnlocked([&](const std::atomic<bool>& cancel) {
+    const std::unique_ptr<Body> wearer = ParseBodySpec(body, pattern.arm_angle);
+    const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, edge, file), MakeLaw(law));
+    const State start = StartToWear(sewn, *wearer, options);
+    if (FindStartPiercing(sewn, *wearer, options, start) || FindStartIntersection(sewn, start))
+      throw InputError(file,
+                       "found cloth that passes through the body or itself before the first "
+                       "step, expected panels around it: set a smaller edge");
+    std::vector<double> time;
+    std::vector<Eigen::VectorXd> cloth, bodies;
+    double gap = std::numeric_limits<double>::infinity();
+    int met = 0;
+    const WearResult result = Wear(sewn, fabric.field, *wearer, options, start, 0,
+                                   {.cancel = &cancel}, [&](const WornFrame& frame) {
+                                     time.push_back(frame.time);
+                                     cloth.push_back(frame.cloth.x);
+                                     bodies.push_back(frame.body);
+                                     gap = std::min(gap, frame.smallest_gap);
+                                     met += frame.body_intersections + frame.self_intersections;
+                                   });
+    if (result.status == WearStatus::kFailed) throw std::runtime_error(result.reason);
+    return std::make_tuple(time, Rows(cloth), ListTriangles(sewn.model->mesh), Rows(bodies),
+                           wearer->triangles(), gap, met);
+  });
 }
 
 }  // namespace
@@ -258,6 +384,8 @@ PYBIND11_MODULE(_core, m) {
   BindInputs(m);
   BindSimulator(m);
   BindDrapes(m);
+  BindFits(m);
+  m.def("wear", &WearPattern);
   m.attr("FEATURES") =
       std::vector<std::string>(kShapeFeatureNames.begin(), kShapeFeatureNames.end());
 }

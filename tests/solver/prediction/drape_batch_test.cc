@@ -31,14 +31,13 @@ class DrapeBatchTest : public testing::TestWithParam<SolveMode> {
   }
   DrapeBatch Simulated() {
     DrapeBatch batch(*backend_, {TestMaterial()}, inputs_, options_);
-    batch.Run(cancel_);
+    batch.Run();
     return batch;
   }
 
   std::mt19937_64 random_{29};
   std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth");
   std::unique_ptr<Backend> backend_ = MakeCpuBackend(model_, 2);
-  std::atomic<bool> cancel_ = false;
   DrapeInputs inputs_;
   DrapeBatchOptions options_;
 };
@@ -53,9 +52,9 @@ TEST_P(DrapeBatchTest, VjpIsTheTransposeOfJvp) {
     for (const Readout* readout :
          {static_cast<const Readout*>(&features), static_cast<const Readout*>(&positions)}) {
       const DrapeInputs change = Random(1.0, 1e-3, 1e-2);
-      const RowMatrix jvp = batch.Jvp(*readout, change, cancel_);
+      const RowMatrix jvp = batch.Jvp(*readout, change);
       const RowMatrix u = RandomMatrix(kBatch, readout->size(), random_);
-      const DrapeInputs vjp = batch.Vjp(*readout, u, cancel_);
+      const DrapeInputs vjp = batch.Vjp(*readout, u);
       for (int i = 0; i < kBatch; ++i) {
         const double found = vjp.log_factors.row(i).dot(change.log_factors.row(i)) +
                              vjp.start.row(i).dot(change.start.row(i)) +
@@ -74,7 +73,7 @@ TEST_P(DrapeBatchTest, FactorsAreThoseOfTheTables) {
   for (double& entry : std::span(stiff.bend[0].entries(), kBendEntries)) entry *= 2.0;
   inputs_.log_factors.setZero();
   DrapeBatch batch(*backend_, std::vector<MaterialField>(kBatch, stiff), inputs_, options_);
-  batch.Run(cancel_);
+  batch.Run();
   EXPECT_LT((batch.Positions() - by_factor).norm(), 1e-9 * by_factor.norm());
 }
 
@@ -84,11 +83,11 @@ TEST_P(DrapeBatchTest, NumbersOfADrapeThatFailsAreNaN) {
   EXPECT_EQ(batch.status()[1], "step matrix not positive definite");
   EXPECT_THAT(batch.IsFound(), testing::ElementsAre(true, false, true));
   const PositionReadout readout(model_->mesh);
-  const DrapeInputs vjp = batch.Vjp(readout, RowMatrix::Ones(kBatch, model_->num_dofs()), cancel_);
+  const DrapeInputs vjp = batch.Vjp(readout, RowMatrix::Ones(kBatch, model_->num_dofs()));
   const DrapeInputs change = Random(1.0, 1e-3, 1e-2);
   for (const RowMatrix& rows :
        {batch.Positions(), batch.Velocities(), batch.Read(readout), RowMatrix(batch.Residuals()),
-        batch.Jvp(readout, change, cancel_), vjp.log_factors, vjp.start, vjp.velocity}) {
+        batch.Jvp(readout, change), vjp.log_factors, vjp.start, vjp.velocity}) {
     EXPECT_TRUE(rows.row(0).allFinite());
     EXPECT_TRUE(rows.row(1).array().isNaN().all());
   }

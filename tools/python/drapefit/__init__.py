@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drapes of a fabric and their exact derivatives, as numpy arrays.
+"""Drapes of a fabric and their exact derivatives, fits and posteriors, as numpy arrays.
 
 Units are SI: m, s, N/m (stretch), N m (bend), kg/m2; images and outlines are in px. Shapes: B
 drapes of a batch, V vertices, F faces, P factors on the tables. Bad input raises ValueError with
@@ -9,17 +9,16 @@ NaN for its numbers.
 
 import collections
 import json
-import pathlib
+import os
 
 import numpy as np
 
 from . import _core
-from ._core import Camera, Material, Silhouette, read_camera
+from ._core import Camera, Fit, Material, Posterior, Silhouette, read_camera
 from .inference import inference_data
 from .results import read_folder
 
 FEATURES = tuple(_core.FEATURES)
-_DISCS = pathlib.Path(__file__).parent / "discs"
 _NOT_GIVEN = float("nan")
 
 Gradient = collections.namedtuple("Gradient", "log_factors start velocity")
@@ -66,19 +65,18 @@ class Mesh(_core.Mesh):
         super().write(str(path), np.ravel(self.rest if positions is None else positions))
 
 
+def _mesh(mesh):
+    return Mesh(mesh.rest.reshape(-1, 3), mesh.faces, mesh.uv)
+
+
 def read_mesh(path, round_to_float=False):
     """The cloth of an OBJ file; round_to_float: as the law reference takes it."""
-    mesh = _core.read_mesh(str(path), round_to_float)
-    return Mesh(mesh.rest.reshape(-1, 3), mesh.faces, mesh.uv)
+    return _mesh(_core.read_mesh(str(path), round_to_float))
 
 
 def disc(vertices=600):
     """The mesh disc:VERTICES of the programs: a specimen of 30 cm for a support of 18 cm."""
-    sizes = sorted(int(path.stem) for path in _DISCS.glob("*.obj"))
-    if vertices not in sizes:
-        raise ValueError(f"disc: found {vertices} vertices, expected one of {sizes}; others are "
-                         "written by drape_simulate --mesh=disc:N --steps=0, for read_mesh")
-    return read_mesh(_DISCS / f"{vertices}.obj")
+    return read_mesh(f"disc:{vertices}")
 
 
 def read_silhouette(path, camera_file="", specimen=_NOT_GIVEN, support=_NOT_GIVEN):
@@ -87,7 +85,7 @@ def read_silhouette(path, camera_file="", specimen=_NOT_GIVEN, support=_NOT_GIVE
 
 
 class Simulator(_core.Simulator):
-    """A cloth in the scene "cusick", with contact "none" or "support", or in that of a file.
+    """A cloth in the scene "cusick", with contact "none", "support" or "self", or in that of a file.
     specimen, support: diameters; backend: "cpu", "cuda" or "auto"; threads: 0 for all cores."""
 
     def __init__(self, mesh, scene="cusick", law="smooth", contact="none", specimen=_NOT_GIVEN,
@@ -172,3 +170,50 @@ class Drapes(_core.Drapes):
         found = super().vjp(self._choice(of, **seen), rows)
         return Gradient(*(np.array(getattr(found, name)).reshape(shape)
                           for name, shape in zip(Gradient._fields, self._shapes)))
+
+
+def _text(value):
+    """An option's value as on a command line."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
+def fit(images, material, **options):
+    """The Fit of a fabric to the silhouettes of one or more images, from the tables of a material.
+    options: those of drape_fit by their names (drape_fit --help=all), such as model="bayes",
+    num_parameters=2, density=0.15, mesh="disc:1200"; threads=0 for all cores."""
+    images = [images] if isinstance(images, (str, os.PathLike)) else images
+    texts = {key: _text(value) for key, value in options.items()}
+    return _core.fit([str(image) for image in images], material, texts)
+
+
+Fit.mesh = property(lambda self: _mesh(self._mesh), doc="the Mesh of the fitted drapes")
+Fit.drapes = property(lambda self: self._drapes.reshape(-1, len(self._mesh.rest) // 3, 3),
+                      doc="the fitted drape of each image, m, [images, V, 3]")
+
+
+def sample_posterior(fit, count=1000, seed=1):
+    """The Posterior of a fit by model bayes: samples of the fabric, as Materials, and of each quantity
+    of Fit.sheet."""
+    return _core.sample_posterior(fit, count, seed)
+
+
+Posterior.quantities = property(
+    lambda self: {quantity.key: quantity for quantity in self._quantities},
+    doc="by key: name, unit, samples [count], interval, and whether the data have measured it")
+
+
+WornGarment = collections.namedtuple(
+    "WornGarment", "time garment garment_faces body body_faces smallest_gap intersections")
+WornGarment.__doc__ = "Frames [T, V, 3], m, the smallest gap, m, and how many faces have met."
+
+
+def wear(pattern, material, body="mannequin:walk", edge=0.012, frames=100, friction=0.3,
+         self_contact=True, law="smooth", threads=0):
+    """The WornGarment of a sewing pattern's file: frames of 0.04 s on a body of drape_garment; edge:
+    of the triangles, m; friction: with the body."""
+    time, garment, faces, wearer, *rest = _core.wear(
+        str(pattern), material, str(body), edge, frames, friction, self_contact, law, threads)
+    garment, wearer = (x.reshape(len(time), -1, 3) for x in (garment, wearer))
+    return WornGarment(time, garment, faces, wearer, *rest)

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_fit from a silhouette to files, interrupted and resumed.
+#include <span>
+
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
+#include "solver/fit_drapes.h"
 #include "tests/tools/tool_fixture.h"
+#include "tools/inputs/fit_options.h"
 
 namespace drape::test {
 namespace {
@@ -77,6 +82,38 @@ TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   EXPECT_NEAR(replay.at("profile_rms_px").get<double>(), fit.at("profile_rms_px").get<double>(),
               1e-6);
   EXPECT_NEAR(replay.at("mse").get<double>(), fit.at("mse").get<double>(), 1e-9);
+}
+
+// A fit in memory has the bits of the program's files.
+TEST_F(FitTool, FitDrapesHasItsBits) {
+  const std::vector<std::string> command = FitCommand(Path("fit"), "--model=bayes");
+  const ProcessResult result = RunProcess(command);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  FitToolOptions options;
+  const OptionTable table = FitTable(options);
+  for (const std::string& flag : std::span(command).subspan(1)) {
+    const std::size_t equals = flag.find('=');
+    table.Set(flag.substr(2, equals - 2), flag.substr(equals + 1), "test");
+  }
+  const FitSpec spec = MakeFitSpec(options);
+  const DrapeFit fit =
+      FitDrapes(spec, {.drapes = {ReadImageObservation(Path("drape.png"), spec.observation)},
+                       .start = ReadMaterial(kFabric).field});
+  ASSERT_TRUE(fit.fitted());
+  const MaterialField written = ReadMaterial(Path("fit/material.json")).field;
+  for (int i = 0; i < kStretchEntries; ++i)
+    EXPECT_EQ(fit.material.stretch[0].entries()[i], written.stretch[0].entries()[i]);
+  for (int i = 0; i < kBendEntries; ++i)
+    EXPECT_EQ(fit.material.bend[0].entries()[i], written.bend[0].entries()[i]);
+  EXPECT_EQ(fit.drapes.at(0), ReadState(Path("fit/start_drape.json"), 150).x);
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(ToString(fit.verdict.grade), summary.at("verdict").at("grade"));
+  EXPECT_EQ(fit.notes, summary.at("notes"));
+  const Json& rows = summary.at("laboratory").at("material").at("rows");
+  ASSERT_EQ(fit.sheet.rows.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    EXPECT_EQ(fit.sheet.rows[i].source, rows[i].at("source"));
+  EXPECT_EQ(SamplePosterior(fit, 1, 1).pareto_k, summary.at("posterior").at("pareto_k"));
 }
 
 // The size of a specimen is in its silhouette: the mesh, the drape coefficient and the files

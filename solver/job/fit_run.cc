@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/job/fit_drapes.h"
+#include "solver/job/fit_run.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "physics/util/errors.h"
+#include "physics/cloth/assembly/step_solver.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/fit/parametrisation.h"
@@ -111,21 +111,6 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
                               measurement.points[i].set, misfit));
     }
   }
-}
-
-// The drapes that a report shows, the fields' or the posterior's where it has them.
-const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
-                                                 const FitCandidate& best) {
-  if (report.fields) return report.fields->shapes;
-  return report.posterior ? report.posterior->shapes : best.shapes;
-}
-
-// The cloth of a part's mesh.
-const FitInput::Cloth& FindCloth(const FitInput& input, const FitProblem& part) {
-  const auto found = std::find_if(input.search.begin(), input.search.end(), [&](const auto& cloth) {
-    return cloth.backend.get() == part.fine;
-  });
-  return found == input.search.end() ? input.fine : *found;
 }
 
 void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput::Cloth& cloth,
@@ -233,7 +218,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   if (problem.fine != input.problem.fine && !control.cancelled())
     report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
                                   problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
-  ReportDrapes(spec, problem, FindCloth(input, problem), *best, control.cancel, report);
+  ReportDrapes(spec, problem, FindFittedCloth(input, state), *best, control.cancel, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -288,6 +273,12 @@ RunControl SummaryPart(const RunControl& whole, double from, double to, const Fi
 
 }  // namespace
 
+const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
+                                                 const FitCandidate& best) {
+  if (report.fields) return report.fields->shapes;
+  return report.posterior ? report.posterior->shapes : best.shapes;
+}
+
 StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& store,
                        const RunControl& control) {
   StoredFit fit;
@@ -318,21 +309,12 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
   return fit;
 }
 
-FitReport FitDrapes(const FitSpec& spec, const MaterialField& start,
-                    std::vector<Observation> observations, const RunControl& control) {
-  FitInput input = MakeFitInput(spec, start, std::move(observations));
-  return FitFromInput(spec, input, {}, control).report;
-}
-
-std::vector<MaterialField> SamplePosterior(const FitReport& report, int count, uint64_t seed) {
-  if (!report.posterior || report.posterior->kind != PosteriorKind::kHierarchy)
-    throw InputError("SamplePosterior",
-                     "found a fit without a posterior of its fabric, expected one by model bayes");
-  const GaussianPosterior& gaussian = report.posterior->distribution.gaussian;
-  const Eigen::MatrixXd u = gaussian.Draws(IndependentSamples(gaussian.size(), count, seed));
-  std::vector<MaterialField> samples;
-  for (int i = 0; i < count; ++i) samples.push_back(report.posterior->FabricAt(u.col(i)));
-  return samples;
+const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitState& state) {
+  const FitProblem part = PartProblem(input.problem, state.parts_done);
+  const auto found = std::find_if(input.search.begin(), input.search.end(), [&](const auto& cloth) {
+    return cloth.backend.get() == part.fine;
+  });
+  return found == input.search.end() ? input.fine : *found;
 }
 
 }  // namespace drape

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "losses/metrics/laboratory_drape.h"
+#include "physics/cloth/cloth_model.h"
+#include "physics/util/run_control.h"
+#include "solver/fit/observation.h"
+#include "solver/job/fit_spec.h"
+#include "solver/job/fit_verdict.h"
+
+namespace drape {
+
+// Fits and posteriors in memory: the whole protocol of drape_fit [METHODS, P18] without files.
+
+// What a fit has found.
+struct DrapeFit {
+  MaterialField material;          // fitted tables; of kBayes and kBdp the posterior's median
+  StiffnessEstimates stiffness;    // in the fitted drapes, with their uncertainty
+  LaboratorySheet sheet;           // the fabric as laboratories report it
+  FitVerdict verdict;              // what to trust
+  std::vector<std::string> notes;  // what a reader of the numbers must know
+  std::shared_ptr<const ClothModel> cloth = {};  // of the fitted drapes
+  std::vector<Eigen::VectorXd> drapes = {};      // of each observation [m], shape [3V]
+  bool cancelled = false;                        // this is the best so far
+  // Everything that the fit has found, in solver/job/fit_report.h, which may change.
+  std::shared_ptr<const FitReport> report = {};
+
+  bool fitted() const { return !material.stretch.empty(); }
+};
+
+// Fits one fabric to what cameras have seen of its drapes. `spec` says how: the model, the meshes,
+// the backend. Its defaults are the defaults of drape_fit. fitted() is false where no drape could
+// be fitted. Throws InputError for a mesh, a table or an option that contradicts the drapes, such
+// as outlines of other than spec.observation.angles angles.
+DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control = {});
+
+// A quantity of a fabric in a posterior: a row of DrapeFit::sheet. Its interval contains the error
+// of the model too, which the samples do not.
+struct PosteriorQuantity : LaboratoryRow {
+  std::vector<double> samples;  // its value for each fabric; all equal where the fit holds it
+
+  // Whether the data have determined the quantity. Otherwise it is from the prior.
+  bool measured() const { return source.starts_with("measured"); }
+  double Quantile(double share) const;  // of the samples; share: 0 to 1
+};
+
+// The posterior of a fabric.
+struct Posterior {
+  std::vector<MaterialField> fabrics;  // independent samples
+  std::vector<PosteriorQuantity> quantities;
+  double pareto_k = 0.0;  // k̂ [METHODS, P30]: below 0.7 the samples are reliable
+
+  // The quantity of that key, such as "bending_overall_un_m". Throws InputError that lists the
+  // keys.
+  const PosteriorQuantity& of(const std::string& key) const;
+};
+
+// Samples the posterior of a fit by model bayes; a function of the seed alone. Throws InputError
+// for a fit without such a posterior and for a count below 1.
+Posterior SamplePosterior(const DrapeFit& fit, int count, uint64_t seed);
+
+}  // namespace drape
