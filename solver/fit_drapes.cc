@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "physics/util/errors.h"
-#include "physics/util/math/quantile.h"
+#include "physics/util/math/statistics.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/fit_run.h"
 

@@ -7,7 +7,7 @@
 
 #include "cuda/make_backend.h"
 #include "losses/readout/readouts.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/readout.h"
 #include "solver/fit/parametrisation.h"

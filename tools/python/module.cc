@@ -21,7 +21,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "solver/drapefit.h"
-#include "solver/prediction/garment/body/body_spec.h"
+#include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 #include "solver/prediction/garment/wear.h"
 #include "tools/inputs/common_options.h"
@@ -346,7 +346,7 @@ std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int>
   options.self_contact = self_contact;
   options.euler.threads = CountThreads(threads);
   return RunUnlocked([&](const std::atomic<bool>& cancel) {
-    const std::unique_ptr<Body> wearer = ParseBodySpec(body, pattern.arm_angle);
+    const std::unique_ptr<Body> wearer = ParseBody(body, pattern.arm_angle);
     const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, edge, file), MakeLaw(law));
     const State start = StartToWear(sewn, *wearer, options);
     if (FindStartPiercing(sewn, *wearer, options, start) || FindStartIntersection(sewn, start))

@@ -1,20 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-# The public headers are those of physics, losses and solver, and the maker of a backend; neither the
-# studies, garments and programs nor what only the sources of one library include.
-#   DRAPE_HEADER_FOLDERS, DRAPE_HEADER_RULES   of install(DIRECTORY) and file(COPY)
-# As a script it copies them:  cmake -D SOURCE=... -D OUTPUT=... -P drapefitHeaders.cmake
-set(DRAPE_HEADER_FOLDERS physics losses solver)
-set(private_headers
-    supernodal_factor.h symbolic_analysis.h simd.h triangulate.h hausdorff.h
-    batching_backend.h csv_log.h weighted_drapes.h)
-set(DRAPE_HEADER_RULES FILES_MATCHING PATTERN "*.h")
-foreach(private studies garment photo plot kernels ${private_headers})
-  list(APPEND DRAPE_HEADER_RULES PATTERN ${private} EXCLUDE)
-endforeach()
+# Installs the headers of the library: solver/drapefit.h with the headers that it includes, which are
+# supported, and in the folder `internal` what these include in turn, which may change.
+#   cmake -D SOURCE=<sources> -D OUTPUT=<folder> -P drapefitHeaders.cmake
+cmake_minimum_required(VERSION 3.25)
 
-if(CMAKE_SCRIPT_MODE_FILE)
-  file(REMOVE_RECURSE "${OUTPUT}")
-  list(TRANSFORM DRAPE_HEADER_FOLDERS PREPEND "${SOURCE}/" OUTPUT_VARIABLE folders)
-  file(COPY ${folders} DESTINATION "${OUTPUT}" ${DRAPE_HEADER_RULES})
-  file(COPY "${SOURCE}/cuda/make_backend.h" DESTINATION "${OUTPUT}/cuda")
-endif()
+# The headers of ours that a header includes.
+function(drape_list_included header result)
+  file(STRINGS ${SOURCE}/${header} lines REGEX "^#include \"")
+  list(TRANSFORM lines REPLACE "^#include \"([^\"]+)\".*" "\\1")
+  set(${result} ${lines} PARENT_SCOPE)
+endfunction()
+
+drape_list_included(solver/drapefit.h public)
+set(queue ${public})
+list(APPEND public solver/drapefit.h)
+set(internal)
+while(queue)
+  list(POP_FRONT queue header)
+  drape_list_included(${header} headers)
+  foreach(included IN LISTS headers)
+    if(NOT included IN_LIST public AND NOT included IN_LIST internal)
+      list(APPEND internal ${included})
+      list(APPEND queue ${included})
+    endif()
+  endforeach()
+endwhile()
+foreach(header IN LISTS public internal)
+  cmake_path(GET header PARENT_PATH folder)
+  if(header IN_LIST internal)
+    set(folder internal/${folder})
+  endif()
+  file(INSTALL ${SOURCE}/${header} DESTINATION ${OUTPUT}/${folder} MESSAGE_NEVER)
+endforeach()
