@@ -188,9 +188,8 @@ void RemoveTemporaries(const std::string& folder) {
   for (const fs::path& path : left) fs::remove_all(path);
 }
 
-AppendFile::AppendFile(std::string path, Content content)
-    : path_(std::move(path)),
-      descriptor_(OpenRegular(path_, O_CREAT | (content == Content::kDrop ? O_TRUNC : 0))) {}
+AppendFile::AppendFile(const std::string& path, Content content)
+    : descriptor_(OpenRegular(path, O_CREAT | (content == Content::kDrop ? O_TRUNC : 0))) {}
 
 AppendFile::~AppendFile() { close(descriptor_); }
 
@@ -208,10 +207,6 @@ bool AppendFile::TryAppend(std::string_view text) noexcept {
     text.remove_prefix(static_cast<std::size_t>(count));
   }
   return true;
-}
-
-void AppendFile::Append(std::string_view text) {
-  if (!TryAppend(text)) throw IoError(path_, "cannot be written" + Reason(errno));
 }
 
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer) {

@@ -53,7 +53,7 @@ class AppendFile {
   enum class Content { kKeep, kDrop };  // what the file had before
   // Throws InputError where it cannot be opened; a link, which could lead to the file of somebody
   // else, is refused like anything else that is not a regular file.
-  AppendFile(std::string path, Content content);
+  AppendFile(const std::string& path, Content content);
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
   ~AppendFile();
@@ -61,12 +61,10 @@ class AppendFile {
   // Throws the InputErrors of the constructor and leaves the file as it is.
   static void Check(const std::string& path);
 
-  // Throws InputError when the text cannot be written, with the reason.
-  void Append(std::string_view text);
+  // Returns false when the text cannot be written.
   bool TryAppend(std::string_view text) noexcept;
 
  private:
-  std::string path_;
   int descriptor_;
 };
 

@@ -25,14 +25,7 @@ namespace {
 // In memory, so that no folder for temporary files is needed; gone when closed.
 class MemoryFile {
  public:
-  explicit MemoryFile(const std::string& content = "")
-      : descriptor_(memfd_create("drape", MFD_CLOEXEC)) {
-    const std::size_t size = content.size();
-    for (std::size_t at = 0; descriptor_ >= 0 && at < size;) {
-      const ssize_t written = pwrite(descriptor_, content.data() + at, size - at, off_t(at));
-      if (written <= 0) throw std::runtime_error("no memory for the files of a child process");
-      at += static_cast<std::size_t>(written);
-    }
+  MemoryFile() : descriptor_(memfd_create("drape", MFD_CLOEXEC)) {
     if (descriptor_ < 0) throw std::runtime_error("no memory for the files of a child process");
   }
   ~MemoryFile() { close(descriptor_); }
@@ -117,15 +110,14 @@ bool ReadAll(int descriptor, const std::atomic<bool>* cancel, std::string* text)
 
 }  // namespace
 
-ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input,
-                         const std::vector<std::string>& environment) {
-  const MemoryFile in(input), out, errors;
+ProgramResult RunProgram(const std::vector<std::string>& arguments) {
+  const MemoryFile in, out, errors;
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, in.descriptor(), STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, out.descriptor(), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files, errors.descriptor(), STDERR_FILENO);
-  std::vector<char*> texts = ListTexts(arguments), variables = ListTexts(environment);
+  std::vector<char*> texts = ListTexts(arguments);
   // The signals that this process blocks, it blocks for itself alone.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
@@ -134,8 +126,7 @@ ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::s
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   pid_t child = 0;
-  const int refused = posix_spawnp(&child, texts[0], &files, &attributes, texts.data(),
-                                   environment.empty() ? environ : variables.data());
+  const int refused = posix_spawnp(&child, texts[0], &files, &attributes, texts.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   if (refused != 0)

@@ -16,10 +16,8 @@ struct ProgramResult {
 };
 
 // Runs a program, found on PATH and without a shell, and waits for it; `arguments` begins with its
-// name. `input` is its standard input, `environment` its variables ("NAME=value"), those of this
-// process where it is empty. Throws InputError when it cannot be started.
-ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input,
-                         const std::vector<std::string>& environment = {});
+// name. Its standard input is empty. Throws InputError when it cannot be started.
+ProgramResult RunProgram(const std::vector<std::string>& arguments);
 
 constexpr double kBytesPerMegabyte = 1e6;
 
@@ -30,7 +28,8 @@ struct ChildResult {
 };
 
 // Runs `work` in a forked child, so that its memory is its own and is measured separately. The
-// parent must not have used a device before: a device context does not survive the fork. When
+// parent must not have used a device before: a device context does not survive the fork. Nor do the
+// stacks of other threads: what `work` needs lies on the heap or on that of the caller. When
 // *cancel turns true the child is killed. An InputError or IoError of the child is thrown again
 // here. Throws std::runtime_error when the child dies.
 ChildResult RunInChild(const std::function<std::string()>& work, const std::atomic<bool>* cancel);

@@ -28,7 +28,8 @@ void RunInThreads(int count, int threads, const std::atomic<bool>* cancel,
   };
   {
     std::vector<std::jthread> pool;
-    for (int i = 0; i < std::min(threads, count); ++i) pool.emplace_back(run);
+    for (int i = 1; i < std::min(threads, count); ++i) pool.emplace_back(run);
+    run();
   }
   if (error) std::rethrow_exception(error);
 }

@@ -24,8 +24,8 @@ struct RunControl {
   }
 };
 
-// Calls work(i), 0 ≤ i < count, on so many threads until *cancel turns true; passes on the first
-// exception.
+// Calls work(i), 0 ≤ i < count, on so many threads, the calling one among them, until *cancel turns
+// true; passes on the first exception.
 void RunInThreads(int count, int threads, const std::atomic<bool>* cancel,
                   const std::function<void(int)>& work);
 

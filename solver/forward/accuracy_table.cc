@@ -104,30 +104,12 @@ const AccuracyRow& AccuracyTable::Pick(const std::string& accuracy,
   return *best;
 }
 
-std::string AccuracyTableText(const AccuracyTable& table) {
-  nlohmann::ordered_json json = {
-      {"format", kAccuracyFormat},          {"version", kVersion},
-      {"made_on", table.made_on},           {"max_residual", kAtRestResidual},
-      {"max_drift_mm", 1e3 * kAtRestDrift}, {"fast_mm", table.fast},
-      {"balanced_mm", table.balanced},      {"exact_mm", table.exact}};
-  for (const AccuracyRow& row : table.rows)
-    json["rows"].push_back({{"mesh", row.mesh},
-                            {"solve", row.integrator},
-                            {"time_step", row.h},
-                            {"steps", row.steps},
-                            {"error_mm", row.error_mm},
-                            {"residual", row.residual},
-                            {"drift_mm", row.drift_mm},
-                            {"cost", row.cost}});
-  return json.dump(2) + "\n";
-}
-
 AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where) {
   const nlohmann::json file = ParseJson(text, where);
   const JsonInput input(file, where);
   if (input.At("format").String() != kAccuracyFormat) input.At("format").Fail(kAccuracyFormat);
   if (input.At("version").Integer() != kVersion)
-    input.At("version").Fail("2, a table of drapes at rest (make it again by drape_bench --table)");
+    input.At("version").Fail("2, a table of drapes at rest (make it again by drape_bench)");
   input.ExpectKeys({"format", "version", "made_on", "max_residual", "max_drift_mm", "fast_mm",
                     "balanced_mm", "exact_mm", "rows"});
   AccuracyTable table;

@@ -7,7 +7,7 @@
 namespace drape {
 
 // Settings with the error that a user may expect of them: what --accuracy picks from. All of them
-// end in a drape at rest. Made by drape_bench --table from runs with several fabrics, kept in
+// end in a drape at rest. Made by drape_bench from runs with several fabrics, kept in
 // configs/accuracy.json.
 
 // The error is that of the radius of the circle of the silhouette's area, so that of the drape
@@ -37,9 +37,8 @@ struct AccuracyTable {
   const AccuracyRow& Pick(const std::string& accuracy, const std::string& integrator) const;
 };
 
-std::string AccuracyTableText(const AccuracyTable& table);  // JSON
-// Throws InputError, prefix `where`; also for a number out of the range of the option that it sets,
-// and for a row whose drapes were not at rest.
+// Reads a table of JSON. Throws InputError, prefix `where`, also for a number out of the range of
+// the option that it sets, and for a row whose drapes were not at rest.
 AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where);
 
 }  // namespace drape

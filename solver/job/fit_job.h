@@ -40,7 +40,7 @@ struct FitJobResult {
 // what has been measured (bend after a cantilever, stretch after a tensile test).
 // Reads and checks all input before it computes. Writes to files.out: summary.json, material.json,
 // and for each image fit_<name>.png, drape_<name>.obj and start_<name>.json; kHeterogeneous also
-// material_homogeneous.json and maps of the fields, kBayes and kBdp
+// material_homogeneous.json and fields.json, kBayes and kBdp
 // material_homogeneous.json, base.json and posterior.json. The notes of progress are those of
 // StagedFitControl. Throws InputError.
 FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,

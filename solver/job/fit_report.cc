@@ -25,8 +25,6 @@
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/job/plot/chart.h"
-#include "solver/job/plot/field_map.h"
 #include "solver/posterior/posterior_io.h"
 
 namespace drape {
@@ -79,10 +77,7 @@ using nlohmann::ordered_json;
 
 constexpr double kMillimetre = 1e-3;
 
-// The maps of WriteFields.
-constexpr const char* kFieldPictures[] = {"field_stretch.png", "field_bend.png",
-                                          "posterior_ratio_stretch.png",
-                                          "posterior_ratio_bend.png"};
+constexpr char kFieldsFile[] = "fields.json";
 
 // Stiffness of each face, rigidity of each hinge.
 Eigen::VectorXd StretchOfFaces(const MaterialField& field) {
@@ -152,11 +147,16 @@ std::string FieldTable(const FieldFit& fit) {
                         fit.determined, static_cast<int>(fit.summary.theta.size()));
 }
 
-// Writes material.json and the maps of the membrane stiffness (mean of c11 and c22 [N/m]), of the
-// plate rigidity [µN m], and of the posterior over the prior standard deviation of the log factor
-// (1 where the image contains no information). Returns why there are no maps, or an empty text.
-std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
-                        const std::string& source) {
+std::vector<double> Numbers(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+// Writes material.json, and what the page of the fit draws over the plane of the cloth: on faces
+// the membrane stiffness (mean of c11 and c22), on hinges the plate rigidity, and the posterior
+// over the prior standard deviation of the log factors (1 where the image contains no information).
+// A hinge is two vertices and two faces.
+void WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
+                 const std::string& source) {
   WriteMaterialField(folder + "/material.json",
                      {.name = "fit",
                       .field = fit.material,
@@ -164,18 +164,16 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
                       .source = source,
                       .warnings = {}},
                      mesh);
-  const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
-  const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
-  const char* const ratio = "posterior / prior standard deviation of the log factor";
-  const auto picture = [&](int i) { return folder + "/" + kFieldPictures[i]; };
-  return TryPictures([&] {
-    RenderFaceMap(picture(0), mesh, StretchOfFaces(fit.material),
-                  {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
-    RenderHingeMap(picture(1), mesh, 1e6 * BendOfHinges(fit.material),
-                   {"Bending stiffness", "plate rigidity D [µN m]"});
-    RenderFaceMap(picture(2), mesh, face, {"Uncertainty of the stretching stiffness", ratio});
-    RenderHingeMap(picture(3), mesh, hinge, {"Uncertainty of the bending stiffness", ratio});
-  });
+  ordered_json json = {
+      {"stretch_n_per_m", Numbers(StretchOfFaces(fit.material))},
+      {"bend_n_m", Numbers(BendOfHinges(fit.material))},
+      {"stretch_uncertainty", Numbers(fit.posterior_face.cwiseQuotient(fit.prior_face))},
+      {"bend_uncertainty", Numbers(fit.posterior_hinge.cwiseQuotient(fit.prior_hinge))}};
+  for (const auto& uv : mesh.uv.colwise()) json["uv_m"].push_back({uv[0], uv[1]});
+  for (const Face& face : mesh.faces) json["faces"].push_back(face.vertex);
+  for (const Hinge& hinge : mesh.hinges)
+    json["hinges"].push_back({hinge.vertex[0], hinge.vertex[1], hinge.face[0], hinge.face[1]});
+  WriteFileAtomically(folder + "/" + kFieldsFile, json.dump() + "\n");
 }
 
 ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
@@ -538,9 +536,7 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   if (report.posterior && report.posterior->samples)
     WriteSamples(files.out, *report.posterior->samples);
   if (report.fields) {
-    const std::string missing =
-        WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
-    if (!missing.empty()) report.notes.push_back(missing.substr(0, missing.find('\n')));
+    WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
   } else if (report.fitted()) {
     write_table("material.json", report.material);
   }
@@ -556,8 +552,7 @@ std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& 
   if (spec.model != FitModel::kHomogeneous) names.emplace_back("material_homogeneous.json");
   if (HasPosterior(spec.model))
     names.insert(names.end(), {"posterior.json", "base.json", kSamplesFile});
-  if (spec.model == FitModel::kHeterogeneous)
-    names.insert(names.end(), std::begin(kFieldPictures), std::end(kFieldPictures));
+  if (spec.model == FitModel::kHeterogeneous) names.emplace_back(kFieldsFile);
   return names;
 }
 

@@ -90,10 +90,9 @@ struct FitReport {
 // `problem`: of the whole fit, whose last part `state` is at.
 // Writes summary.json, material.json and for each observation fit_<name>.png, drape_<name>.obj and
 // start_<name>.json, each atomically. Without observations the fit is that of the laboratory
-// measurements alone. kHeterogeneous: also maps of the fields and material_homogeneous.json;
-// a reason for missing maps becomes a note. kBayes and kBdp: also material_homogeneous.json,
-// posterior.json and base.json, the tables that its log factors are on. Throws InputError when a
-// file cannot be written.
+// measurements alone. kHeterogeneous: also fields.json and material_homogeneous.json. kBayes and
+// kBdp: also material_homogeneous.json, posterior.json and base.json, the tables that its log
+// factors are on. Throws InputError when a file cannot be written.
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
                     const FitProblem& problem, const StagedFitState& state, FitReport& report);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real programs without gnuplot, memory, threads or room on a disk, and with signals.
+// The real programs without Python, memory, threads or room on a disk, and with signals.
 #include <chrono>
 #include <thread>
 
@@ -14,10 +14,9 @@ using testing::Not;
 
 class HostileSurroundings : public HostileFiles {
  protected:
-  // Runs as on a server where only the programs are: without gnuplot, and without a Python that
-  // works.
-  ProcessResult WithoutGnuplot(const std::string& program,
-                               const std::vector<std::string>& options) const {
+  // Runs as on a server where only the programs are, without a Python that works.
+  ProcessResult WithoutPython(const std::string& program,
+                              const std::vector<std::string>& options) const {
     return Run(program, options,
                {.environment = {
                     {"PATH", "/nowhere"}, {"PYTHONHOME", "/nowhere"}, {"TMPDIR", "/nowhere"}}});
@@ -29,18 +28,18 @@ class HostileSurroundings : public HostileFiles {
   }
 };
 
-TEST_F(HostileSurroundings, WithoutGnuplotKeepTheNumbers) {
+TEST_F(HostileSurroundings, WithoutPythonKeepTheNumbers) {
   ExpectNumbers(
-      WithoutGnuplot("stability", {"--mesh=disc:100", "--fabric=wool.json", "--start=" + kWaves,
-                                   "--maps=step time_step=0.1/0.5 stretch=1/2",
-                                   "--damping_time_step=0.1", "--duration=1", "--out=stability"}),
+      WithoutPython("stability", {"--mesh=disc:100", "--fabric=wool.json", "--start=" + kWaves,
+                                  "--maps=step time_step=0.1/0.5 stretch=1/2",
+                                  "--damping_time_step=0.1", "--duration=1", "--out=stability"}),
       "stability/stability.json");
   ExpectNumbers(
-      WithoutGnuplot("bench", {"--work=forward", "--start=" + kWaves, "--fabric=wool.json",
-                               "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2",
-                               "--relax_time=10", "--branch_mm=100",
-                               "--reference=disc:200,disc:300", "--reference_relax_mesh=disc:100",
-                               "--run_seconds=0", "--repeats=1", "--out=bench"}),
+      WithoutPython("bench", {"--work=forward", "--start=" + kWaves, "--fabric=wool.json",
+                              "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2",
+                              "--relax_time=10", "--branch_mm=100", "--reference=disc:200,disc:300",
+                              "--reference_relax_mesh=disc:100", "--run_seconds=0", "--repeats=1",
+                              "--out=bench"}),
       "bench/bench.json");
 }
 

@@ -109,19 +109,6 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
   return {.key = key, .value = std::move(mesh), .doc = doc, .is_path = true, .words = {"disc:"}};
 }
 
-std::vector<Option> CellOptions(CellChoice& choice) {
-  return OfOneRun({
-      {.key = "list",
-       .value = &choice.list,
-       .doc = "print the names of the independent runs (cells) in their order, and end"},
-      {.key = "share",
-       .value = &choice.share,
-       .doc = "i/n: run only the cells k with k mod n = i and write no tables, beside processes "
-              "with other shares of the same --out; without it, finished cells are kept and the "
-              "missing ones run"},
-  });
-}
-
 std::vector<Option> ClothOptions(SceneInput& scene) {
   std::vector<Option> options = SceneOptions(scene);
   std::erase_if(

@@ -8,7 +8,6 @@
 #include "losses/dataset/trivial_predictors.h"
 #include "physics/material/laws/law_kind.h"
 #include "solver/prediction/generative/generative_prediction.h"
-#include "solver/studies/cells/share.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
 
@@ -35,9 +34,6 @@ Option NumberOption(const std::string& key, Option::Value number, double least, 
 Option PathOption(const std::string& key, Option::Value path, const std::string& doc);
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
-
-// --list and --share of a study whose runs are cells.
-std::vector<Option> CellOptions(CellChoice& choice);
 
 // What names the cloth: mesh, material, law, specimen and support.
 std::vector<Option> ClothOptions(SceneInput& scene);

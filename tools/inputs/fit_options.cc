@@ -117,7 +117,7 @@ OptionTable FitTable(FitToolOptions& options) {
       .notes =
           "files: summary.json, material.json and, for each image, fit_<image>.png, "
           "drape_<image>.obj, start_<image>.json; model heterogeneous also "
-          "material_homogeneous.json, field_<kind>.png, posterior_ratio_<kind>.png; models bayes "
+          "material_homogeneous.json and fields.json, which drape_report draws; models bayes "
           "and bdp also material_homogeneous.json, base.json, posterior.json; they replace those "
           "of an earlier run together, at the end; checkpoint.json and fit.log while it runs\n"
           "exit code 3: nothing could be fitted (see summary.json)\n"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/work_precision.h"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -13,10 +12,8 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/forward/random_drapes.h"
 #include "solver/studies/bench/cases/run_times.h"
-#include "solver/studies/bench/richardson.h"
 
 namespace drape {
 namespace {
@@ -24,10 +21,6 @@ namespace {
 using nlohmann::json;
 
 constexpr double kMillimetres = 1e3;  // a metre
-
-constexpr StoredFormat kReferenceFormat = {"drapefit-bench-reference", 1};
-
-constexpr double kSameOutline = 1e-9;  // [m]
 
 double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
@@ -38,9 +31,7 @@ std::vector<double> Numbers(const auto& matrix) {
 }
 
 json DrapeJson(const BenchDrape& drape) {
-  return {{"status", drape.status},
-          {"x", Numbers(drape.x)},
-          {"outline", Numbers(drape.outline)},
+  return {{"x", Numbers(drape.x)},
           {"gradient", Numbers(drape.gradient)},
           {"jacobian", Numbers(drape.jacobian)}};
 }
@@ -50,19 +41,9 @@ Eigen::VectorXd ReadDerivative(const JsonInput& input, int size) {
   return input.ExpectArray().Size() == 0 ? Eigen::VectorXd() : input.Vector(size);
 }
 
-BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh, const std::string& mesh_name) {
-  input.ExpectKeys({"status", "x", "outline", "gradient", "jacobian"});
-  BenchDrape drape;
-  drape.status = input.At("status").String();
-  if (drape.status != "ok")
-    throw NoReference(input.Name(), "the drape on " + mesh_name + " is '" + drape.status + "'");
-  drape.x = input.At("x").Vector(static_cast<int>(mesh.rest_x.size()));
-  drape.outline = input.At("outline").Vector(kBranchAngles);
-  Eigen::VectorXd outline;
-  if (!DrapeOutline(mesh, drape.x, &outline) ||
-      !((outline - drape.outline).cwiseAbs().maxCoeff() <= kSameOutline))
-    throw InputError(input.Name(),
-                     "the outline is not that of x, expected a file as it was written");
+BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
+  BenchDrape drape{.status = "ok", .x = input.At("x").Vector(static_cast<int>(mesh.rest_x.size()))};
+  if (!DrapeOutline(mesh, drape.x, &drape.outline)) input.At("x").Fail("a drape with an outline");
   drape.gradient = ReadDerivative(input.At("gradient"), kMaterialEntries);
   const Eigen::VectorXd entries =
       ReadDerivative(input.At("jacobian"), kBenchAngles * kMaterialEntries);
@@ -84,11 +65,15 @@ double RelativeError(const auto& found, const auto& reference) {
   return (found - reference).norm() / reference.norm();
 }
 
-// Median and spread of one measure of all runs.
-void FillTimes(const std::vector<double>& times, int batch, BenchMeasure median,
-               BenchMeasure spread, BenchRecord* record) {
-  (*record)[median] = MedianTime(times) / batch;
-  (*record)[spread] = TimeSpread(times) / batch;
+// Median and spread of the times of all runs.
+void AddTimes(const std::vector<double>& times, int batch, const std::string& median,
+              const std::string& spread, json* result) {
+  (*result)[median] = MedianTime(times) / batch;
+  (*result)[spread] = TimeSpread(times) / batch;
+}
+
+double SizeRatio(const Mesh& fine, const Mesh& coarse) {
+  return std::sqrt(static_cast<double>(fine.num_vertices()) / coarse.num_vertices());
 }
 
 }  // namespace
@@ -117,103 +102,100 @@ RowMatrix BenchReference::jacobian() const {
   return Extrapolate(fine.jacobian, coarse.jacobian, ratio, order);
 }
 
-BenchRecord BenchReference::ErrorEstimate(BenchWork work) const {
-  BenchRecord record;
-  record[kVertices] = fine_mesh.num_vertices();
-  MeasureErrors(*this, fine_mesh, fine, work, &record);
-  return record;
+void CheckReference(const ReferenceOptions& options) {
+  if (!(SizeRatio(ParseMeshSpec(options.fine), ParseMeshSpec(options.coarse)) > 1))
+    throw InputError("option 'reference'", "found " + options.fine + " after " + options.coarse +
+                                               ", expected a finer mesh");
 }
 
-std::string ReferenceText(const BenchSetting& setting, const BenchProblem& problem,
-                          const ReferenceOptions& options, BenchWork work,
-                          const std::atomic<bool>* cancel) {
+json FindReference(const BenchSetting& setting, const BenchProblem& problem,
+                   const ReferenceOptions& options, BenchWork work,
+                   const std::atomic<bool>* cancel) {
+  constexpr double kTimeStep = 0.05, kRelaxSeconds = 10.0;
   BenchSetting at_rest = setting;
   at_rest.integrator = "static";
-  at_rest.h = options.h;
-  at_rest.relax_time = options.relax_seconds;
+  at_rest.h = kTimeStep;
+  at_rest.relax_time = kRelaxSeconds;
   at_rest.tolerance = 1e-9;
   at_rest.mode = work == BenchWork::kJacobian ? "tangent" : "adjoint";
   at_rest.batch = 1;
   BenchProblem relaxed_on_coarse = problem;
   relaxed_on_coarse.coarse_mesh = options.relax_mesh;
-  json text;
+  json found;
   for (const auto& [name, mesh] : {std::pair("fine", options.fine), {"coarse", options.coarse}}) {
     at_rest.mesh = mesh;
-    text[name] = DrapeJson(SettingSolver(at_rest, relaxed_on_coarse, cancel).Run(work));
+    const BenchDrape drape = SettingSolver(at_rest, relaxed_on_coarse, cancel).Run(work);
+    if (drape.status != "ok")
+      return {{"failure", "the drape on " + mesh + " is '" + drape.status + "'"}};
+    found[name] = DrapeJson(drape);
   }
-  return StoredJsonText(kReferenceFormat, text);
+  return found;
 }
 
-BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
-                              const std::string& where) {
-  const json file = ParseStoredJson(text, where, kReferenceFormat);
-  const JsonInput input(file, where);
-  input.ExpectKeys({"fine", "coarse"});
+BenchReference ReadReference(const json& found, const ReferenceOptions& options,
+                             const std::string& where) {
+  const JsonInput input(found, where);
   BenchReference reference;
   reference.fine_mesh = ParseMeshSpec(options.fine);
   reference.coarse_mesh = ParseMeshSpec(options.coarse);
-  reference.fine = ReadDrape(input.At("fine"), reference.fine_mesh, options.fine);
-  reference.coarse = ReadDrape(input.At("coarse"), reference.coarse_mesh, options.coarse);
-  reference.ratio = std::sqrt(static_cast<double>(reference.fine_mesh.num_vertices()) /
-                              reference.coarse_mesh.num_vertices());
+  reference.fine = ReadDrape(input.At("fine"), reference.fine_mesh);
+  reference.coarse = ReadDrape(input.At("coarse"), reference.coarse_mesh);
+  reference.ratio = SizeRatio(reference.fine_mesh, reference.coarse_mesh);
   reference.order = options.order;
-  if (!(reference.ratio > 1))
-    throw InputError("option 'reference'", "found " + options.fine + " after " + options.coarse +
-                                               ", expected a finer mesh");
   return reference;
 }
 
-void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
-                   BenchWork work, BenchRecord* record) {
-  const Eigen::VectorXd outline = reference.outline();
+json MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
+                   BenchWork work) {
+  json errors = json::object();
   if (drape.outline.size() > 0) {
-    (*record)[kVertexMm] = kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv));
-    (*record)[kOutlineMm] = kMillimetres * Rms(drape.outline, outline);
-    const double area = reference.area();
-    (*record)[kRadiusMm] =
-        kMillimetres * std::abs(CircleRadius(ProfileArea(drape.outline)) - CircleRadius(area));
-    (*record)[kDrapeCoefficient] = DrapeCoefficient(ProfileArea(drape.outline), DrapeDiscs());
-    (*record)[kDrapeCoefficientError] =
-        std::abs((*record)[kDrapeCoefficient] - DrapeCoefficient(area, DrapeDiscs()));
-    (*record)[kFolds] = CountFolds(drape.outline);
+    const double area = ProfileArea(drape.outline), limit = reference.area();
+    const double dc = DrapeCoefficient(area, DrapeDiscs());
+    errors = {{"vertex_mm", kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv))},
+              {"outline_mm", kMillimetres * Rms(drape.outline, reference.outline())},
+              {"radius_mm", kMillimetres * std::abs(CircleRadius(area) - CircleRadius(limit))},
+              {"dc", dc},
+              {"dc_error", std::abs(dc - DrapeCoefficient(limit, DrapeDiscs()))},
+              {"folds", CountFolds(drape.outline)}};
   }
   if (work == BenchWork::kGradient && drape.gradient.size() > 0)
-    (*record)[kDerivativeError] = RelativeError(drape.gradient, reference.gradient());
+    errors["derivative_error"] = RelativeError(drape.gradient, reference.gradient());
   if (work == BenchWork::kJacobian && drape.jacobian.size() > 0)
-    (*record)[kDerivativeError] = RelativeError(drape.jacobian, reference.jacobian());
+    errors["derivative_error"] = RelativeError(drape.jacobian, reference.jacobian());
+  return errors;
 }
 
-BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
-                            const BenchProblem& problem, const BenchReference& reference,
-                            const MeasuringOptions& options, const std::atomic<bool>* cancel) {
+json RunBenchSetting(BenchWork work, const BenchSetting& setting, const BenchProblem& problem,
+                     const BenchReference& reference, const MeasuringOptions& options,
+                     const std::atomic<bool>* cancel) {
   const double begin = WallSeconds();
   SettingSolver solver(setting, problem, cancel);
-  BenchRecord record;
-  record[kVertices] = solver.mesh().num_vertices();
-  record[kSetupSeconds] = WallSeconds() - begin;
+  json result = {{"vertices", solver.mesh().num_vertices()},
+                 {"setup_seconds", WallSeconds() - begin}};
   BenchDrape drape;
   const RunTimes times =
       TimeRuns([&] { drape = solver.Run(work); }, options.repeats, options.seconds);
-  record[kRepeats] = static_cast<double>(times.wall.size());
-  FillTimes(times.wall, setting.batch, kWallSeconds, kWallSpread, &record);
-  FillTimes(times.cpu, setting.batch, kCpuSeconds, kCpuSpread, &record);
-  record.status = drape.status;
-  if (!record.ok()) return record;
+  result["repeats"] = times.wall.size();
+  AddTimes(times.wall, setting.batch, "seconds", "seconds_spread", &result);
+  AddTimes(times.cpu, setting.batch, "cpu_seconds", "cpu_spread", &result);
+  result["status"] = drape.status;
+  if (drape.status != "ok") return result;
   if (drape.x.size() == 0) {  // a gradient alone comes back from the steps
     const Eigen::VectorXd gradient = drape.gradient;
     drape = solver.Run(BenchWork::kForward);
     drape.gradient = gradient;
   }
-  MeasureErrors(reference, solver.mesh(), drape, work, &record);
+  result.update(MeasureErrors(reference, solver.mesh(), drape, work));
+  result["reference_errors"] = MeasureErrors(reference, reference.fine_mesh, reference.fine, work);
   const RestMeasure rest = solver.MeasureRest(drape.x);
-  record[kForceResidual] = rest.residual;
-  record[kDriftMm] = kMillimetres * rest.drift;
+  result["force_residual"] = rest.residual;
+  result["drift_mm"] = kMillimetres * rest.drift;
   if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm)) {
-    record.status = kRunOnOtherBranch;
+    result["status"] = "other branch";
   } else if (!rest.IsAtRest()) {
-    record.status = kRunNotAtRest;
+    result["status"] = "not at rest";
   }
-  return record;
+  return result;
 }
 
 }  // namespace drape

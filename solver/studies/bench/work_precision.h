@@ -3,12 +3,11 @@
 
 #include <Eigen/Core>
 #include <atomic>
-#include <memory>
+#include <cmath>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "physics/util/errors.h"
 #include "solver/studies/bench/cases/bench_drape.h"
-#include "solver/studies/bench/cases/bench_record.h"
 
 namespace drape {
 
@@ -19,9 +18,17 @@ struct ReferenceOptions {
   std::string fine = "disc:4800", coarse = "disc:2400";  // the two finest meshes
   std::string relax_mesh = "disc:1200";  // on which the start relaxes; Newton continues from there,
                                          // so that both are on one branch
-  double h = 0.05, relax_seconds = 10.0;
-  double order = 2.0;  // of the error in the size of the elements
+  double order = 2.0;                    // of the error in the size of the elements
 };
+
+// [Richardson 1911]: of a quantity q(s) = q(0) + c·s^order of the size s of the elements or steps,
+// the limit q(0) from the values at s_fine and s_coarse = ratio·s_fine, ratio > 1. Scalars or
+// arrays of Eigen. The error of q(s_fine) is estimated as its difference from the limit, and taken
+// for the error of the limit.
+template <class Quantity>
+Quantity Extrapolate(const Quantity& fine, const Quantity& coarse, double ratio, double order) {
+  return fine + (fine - coarse) / (std::pow(ratio, order) - 1.0);
+}
 
 // The drape and its derivative on two meshes. Newton leaves no error of the time step.
 struct BenchReference {
@@ -35,36 +42,26 @@ struct BenchReference {
   Eigen::VectorXd outline() const, gradient() const;
   double area() const;  // of the silhouette [m²]
   RowMatrix jacobian() const;
-  // The same measures of the fine mesh's own drape: an estimate of the error of the reference.
-  BenchRecord ErrorEstimate(BenchWork work) const;
 };
 
-// As text, and back: what a child process finds for its parent, and a resumed run for itself.
-std::string ReferenceText(const BenchSetting& setting, const BenchProblem& problem,
-                          const ReferenceOptions& options, BenchWork work,
-                          const std::atomic<bool>* cancel);
-// A cloth that has no reference, since a drape of it was not found.
-class NoReference : public InputError {
- public:
-  // reason: "the drape on disc:600 is 'slow'".
-  NoReference(const std::string& where, const std::string& reason)
-      : InputError(where, "no reference: " + reason +
-                              ", expected a drape at rest (another start or mesh?)"),
-        reason_(reason) {}
-  const std::string& reason() const { return reason_; }
+// Throws InputError unless the second mesh of a reference is the finer one.
+void CheckReference(const ReferenceOptions& options);
 
- private:
-  std::string reason_;
-};
+// Computes the drapes of a reference: {"fine", "coarse"}, or {"failure": "the drape on disc:300 is
+// 'slow'"}. The law, model, material and backend are those of `setting`.
+nlohmann::json FindReference(const BenchSetting& setting, const BenchProblem& problem,
+                             const ReferenceOptions& options, BenchWork work,
+                             const std::atomic<bool>* cancel);
+// What FindReference found. Throws InputError (prefix `where`) for anything else.
+BenchReference ReadReference(const nlohmann::json& found, const ReferenceOptions& options,
+                             const std::string& where);
 
-// Throws InputError (prefix `where`) for text that is none, NoReference where a drape was not
-// found.
-BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
-                              const std::string& where);
-
-// Fills the errors of a drape, of which the measures above are known, against a reference.
-void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
-                   BenchWork work, BenchRecord* record);
+// The errors of a drape against a reference: "vertex_mm", root mean square distance of the
+// vertices, "outline_mm", of the outline r(θ), "radius_mm", of the radius of the circle of the
+// silhouette's area (the error of the drape coefficient as a length), "dc", "dc_error", "folds",
+// and "derivative_error", ‖d − d_reference‖/‖d_reference‖ of gradient or Jacobian by log entries.
+nlohmann::json MeasureErrors(const BenchReference& reference, const Mesh& mesh,
+                             const BenchDrape& drape, BenchWork work);
 
 struct MeasuringOptions {
   int repeats = 3;          // at most
@@ -74,10 +71,15 @@ struct MeasuringOptions {
                             // is on another branch
 };
 
-// Measures one setting of a forward, gradient or jacobian work in this process. Throws what
-// SettingSolver throws.
-BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
-                            const BenchProblem& problem, const BenchReference& reference,
-                            const MeasuringOptions& options, const std::atomic<bool>* cancel);
+// Measures one setting of a forward, gradient or jacobian work in this process: "status" ("ok",
+// "other branch", "not at rest", or why there is no drape), "seconds" and "cpu_seconds" of a drape
+// (the median) with "seconds_spread" and "cpu_spread" (slowest − fastest), "setup_seconds" (model,
+// symbolic analysis, backend), "vertices", "repeats", and, of a drape, MeasureErrors,
+// "force_residual" (the forces that remain, by the weight), "drift_mm" (the largest movement of a
+// vertex once it is released) and "reference_errors" (MeasureErrors of the reference's fine drape,
+// an estimate of the error of the reference). Throws what SettingSolver throws.
+nlohmann::json RunBenchSetting(BenchWork work, const BenchSetting& setting,
+                               const BenchProblem& problem, const BenchReference& reference,
+                               const MeasuringOptions& options, const std::atomic<bool>* cancel);
 
 }  // namespace drape

@@ -161,6 +161,7 @@ class StudyRun {
 
   void RunAndStore(std::size_t k) {
     const StudyCell& cell = study_.cells[k];
+    if (study_.prepare && !study_.prepare(k, {.cancel = control_.cancel})) return;
     std::optional<json> result = options_.processes ? RunInProcess(k) : RunCell(k);
     if (!result || control_.cancelled()) return;
     const json key = MakeKey(study_, cell);

@@ -35,6 +35,9 @@ struct Study {
   nlohmann::json settings = {};  // what all cells have in common: numbers and names, no paths
   std::vector<ReadRecord::File> files = {};  // those that every cell reads
   std::vector<StudyCell> cells = {};         // of different names
+  // Where given, is called before a cell runs, for what several cells share: in this process, so
+  // that its memory counts for no cell. Returns false when it was cancelled.
+  std::function<bool(std::size_t cell, const RunControl& control)> prepare = {};
   // Runs the cell of this index. Returns its result, or nothing when it was cancelled. A result
   // with the member "failure", a text, counts as failed. An InputError or IoError ends the study;
   // neither is ever stored. May be called by several threads at once.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the system does to a program: no gnuplot, no temporary folder, full or closed streams,
+// What the system does to a program: no Python, no temporary folder, full or closed streams,
 // limits, a full disk, another locale; links and other runs in the output folder; hostile names.
 #include <sys/stat.h>
 #include <unistd.h>
@@ -44,8 +44,8 @@ std::vector<Surrounding> Environments() {
   };
   const Expectation taken{.verdict = Verdict::kTaken};
   std::vector<Surrounding> all = {
-      {"no gnuplot", set("PATH", "/no/such/folder"), taken},
-      {"a gnuplot that fails", set("PATH", "fails"), taken},
+      {"no programs", set("PATH", "/no/such/folder"), taken},
+      {"a Python that fails", set("PYTHONHOME", "/no/such/folder"), taken},
       {"no temporary folder", set("TMPDIR", "/no/such/folder"), taken},
       {"a file as temporary folder", set("TMPDIR", "/dev/null"), taken},
       {"no home", unset("HOME"), taken},
@@ -101,8 +101,6 @@ std::vector<Surrounding> SmallLimits() {
 void TrySurrounding(const Campaign& campaign, const std::string& program,
                     const Surrounding& surrounding, Sandbox& sandbox) {
   AddEarlierResults(&sandbox);
-  sandbox.Write("fails/gnuplot", "#!/bin/sh\nexit 3\n");
-  chmod((sandbox.folder() + "/fails/gnuplot").c_str(), 0755);
   Request request = MakeSystemRequest(campaign, program);
   surrounding.change(&request);
   const Outcome outcome = sandbox.Run(request, surrounding.expectation);

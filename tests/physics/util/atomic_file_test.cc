@@ -83,9 +83,9 @@ TEST_F(AtomicFile, LeavesOfAKillAreRemoved) {
 
 TEST_F(AtomicFile, GrowsAndIsNoLink) {
   const std::string path = Write("a.log", "old\n"), victim = Write("victim", "theirs");
-  AppendFile(path, AppendFile::Content::kKeep).Append("new\n");
+  EXPECT_TRUE(AppendFile(path, AppendFile::Content::kKeep).TryAppend("new\n"));
   EXPECT_EQ(Read(path), "old\nnew\n");
-  AppendFile(path, AppendFile::Content::kDrop).Append("first\n");
+  EXPECT_TRUE(AppendFile(path, AppendFile::Content::kDrop).TryAppend("first\n"));
   EXPECT_EQ(Read(path), "first\n");
   std::filesystem::create_symlink(victim, Path("link"));
   std::filesystem::create_directory(Path("folder"));

@@ -12,19 +12,22 @@
 namespace drape {
 namespace {
 
-TEST(RunProgram, PassesInputAndReturnsBothOutputs) {
+class RunPrograms : public FileFixture {};
+
+TEST_F(RunPrograms, ReturnsBothOutputs) {
+  EXPECT_EQ(RunProgram({"cat"}).output, "");
   const std::string large(1 << 20, 'x');
-  const ProgramResult copy = RunProgram({"cat"}, large);
+  const ProgramResult copy = RunProgram({"cat", Write("large", large)});
   EXPECT_EQ(copy.status, 0);
   EXPECT_EQ(copy.output, large);
   EXPECT_EQ(copy.errors, "");
-  const ProgramResult failed = RunProgram({"cat", "/absent `touch x`\n"}, "");
+  const ProgramResult failed = RunProgram({"cat", "/absent `touch x`\n"});
   EXPECT_NE(failed.status, 0);
   EXPECT_THAT(failed.errors, testing::HasSubstr("/absent"));
 }
 
 TEST(RunProgram, NamesAProgramThatIsMissing) {
-  EXPECT_INPUT_ERROR(RunProgram({"drape_absent"}, ""), "drape_absent: cannot be started");
+  EXPECT_INPUT_ERROR(RunProgram({"drape_absent"}), "drape_absent: cannot be started");
 }
 
 TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {

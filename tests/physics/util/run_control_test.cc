@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <thread>
 #include <vector>
 
 #include "physics/util/errors.h"
@@ -17,6 +18,12 @@ TEST(RunInThreads, RunsEachOnce) {
     RunInThreads(10, threads, nullptr, [&](int i) { ++runs[i]; });
     for (const std::atomic<int>& count : runs) EXPECT_EQ(count, 1);
   }
+}
+
+// A child process that the work forks keeps the stack of this thread alone.
+TEST(RunInThreads, OneOfThemIsTheCaller) {
+  const std::thread::id caller = std::this_thread::get_id();
+  RunInThreads(3, 1, nullptr, [&](int) { EXPECT_EQ(std::this_thread::get_id(), caller); });
 }
 
 TEST(RunInThreads, PassesAnExceptionOn) {

@@ -128,7 +128,7 @@ std::string RunStudyScript(const std::string& name, const std::string& folder) {
   if (command.back().empty()) return missing + name + ".py is not installed\n";
   command.push_back(folder);
   try {
-    const ProgramResult run = RunProgram(command, "");
+    const ProgramResult run = RunProgram(command);
     return run.output + (run.status == 0 ? "" : missing + LastLine(run.errors) + "\n");
   } catch (const InputError& error) {
     return missing + error.what() + "\n";

@@ -68,7 +68,7 @@ if(DRAPE_CUDA)
 This package has the programs, fabrics and configurations. They use GPUs of
 NVIDIA where there are any."
     SHLIBDEPS
-    RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
+    RECOMMENDS python3-jinja2 python3-matplotlib
     CONFLICTS drapefit
     COMPONENTS programs configs)
   set(CPACK_DEBIAN_DRAPEFIT-CUDA_PACKAGE_PROVIDES drapefit)
@@ -80,7 +80,7 @@ else()
     DESCRIPTION "${programs_text}
 This package has the programs, fabrics and configurations."
     SHLIBDEPS
-    RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
+    RECOMMENDS python3-jinja2 python3-matplotlib
     COMPONENTS programs configs)
   drape_package(libdrapefit-dev
     SECTION libdevel

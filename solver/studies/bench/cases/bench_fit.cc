@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/cases/bench_fit.h"
 
-#include <glog/logging.h>
-
-#include <chrono>
 #include <cmath>
-#include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -14,18 +9,20 @@
 #include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
 #include "losses/silhouette/silhouette.h"
+#include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/observation.h"
 #include "solver/job/fit_input.h"
+#include "solver/studies/bench/cases/run_times.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::json;
 
 constexpr double kMillimetres = 1e3;
 
@@ -44,14 +41,6 @@ FitSpec MakeSpec(const BenchSetting& setting, FitSpec spec) {
       setting.model == "heterogeneous_modes" ? FieldBasis::kModes : FieldBasis::kElements;
   spec.posterior.draws = setting.draws;
   return spec;
-}
-
-// Of the files of one fit.
-std::string FolderName(const BenchSetting& setting) {
-  std::string name = CheckpointKey(BenchWork::kFit, setting);
-  for (char& c : name)
-    if (c == ' ' || c == '/' || c == ':' || c == '=') c = '_';
-  return name;
 }
 
 struct HeldOutImage {
@@ -86,18 +75,23 @@ double HeldOutScore(const std::string& folder, const std::vector<std::string>& h
   return pairs > 0 ? sum / pairs : std::nan("");
 }
 
-void ReadScores(const std::string& folder, BenchRecord* record) {
+json ReadScores(const std::string& folder) {
   const std::string path = folder + "/summary.json";
-  const nlohmann::json file = ReadJsonFile(path);
+  const json file = ReadJsonFile(path);
   const JsonInput mean = JsonInput(file, path).At("mean_settled");
-  (*record)[kOutlinePx] = mean.At("profile_rms_px").Number();
-  (*record)[kMse] = mean.At("mse").Number();
-  (*record)[kHausdorffMm] = kMillimetres * mean.At("outline_hausdorff_m").Number();
+  return {{"outline_px", mean.At("profile_rms_px").Number()},
+          {"mse", mean.At("mse").Number()},
+          {"hausdorff_mm", kMillimetres * mean.At("outline_hausdorff_m").Number()}};
+}
+
+FitData MakeData(const BenchSetting& setting, FitData data) {
+  data.material = setting.material;
+  return data;
 }
 
 }  // namespace
 
-void CheckBenchFit(const BenchSetting& setting) {
+void CheckBenchFit(const BenchSetting& setting, const FitBenchOptions& options) {
   if (setting.integrator == "hybrid")
     throw InputError("axis 'solve'", "found hybrid, expected dynamic or static for a fit");
   if (setting.integrator == "dynamic" && setting.model != "homogeneous")
@@ -106,62 +100,53 @@ void CheckBenchFit(const BenchSetting& setting) {
   if (IsDistribution(setting) && setting.draws % 2 != 0)
     throw InputError("axis 'draws'",
                      "found " + std::to_string(setting.draws) + ", expected an even number");
-  CheckNameLength(setting.material, FolderName(setting));
-}
-
-void CheckBenchImages(const FitBenchOptions& options) {
-  std::vector<Observation> images;
-  if (!options.ground_truth)
-    for (const std::string& image : options.data.images)
-      images.push_back(ReadImageObservation(image, options.spec.observation));
-  CheckNames(images);
   for (const std::string& image : options.held_out)
     ReadHeldOut(image, options.spec.observation.camera, FindDiscs({}, {image}));
+  if (options.ground_truth) {
+    ReadMaterial(options.ground_truth->material, {NegativeEntries::kWarn});
+    ParseMeshSpec(options.ground_truth->mesh);
+    return;
+  }
+  FitSpec spec = MakeSpec(setting, options.spec);
+  spec.backend = "cpu";  // a device that this process opens is lost to those that it forks
+  ReadFitInput(spec, MakeData(setting, options.data));
 }
 
-std::string RenderGroundTruth(const BenchSetting& setting, const BenchProblem& problem) {
+void DrawGroundTruth(const BenchSetting& setting, const BenchProblem& problem,
+                     const std::string& path) {
   SettingSolver solver(setting, problem, nullptr);
   const BenchDrape drape = solver.Run(BenchWork::kForward);
   if (drape.status != "ok")
     throw InputError("option 'ground_truth'",
                      "no silhouette: " + drape.status + ", expected a drape");
   constexpr int kSupersample = 4;
-  const std::vector<float> coverage =
-      Rasterize(solver.mesh(), drape.x, Camera(), kSupersample).coverage;
-  return {reinterpret_cast<const char*>(coverage.data()), coverage.size() * sizeof(float)};
+  WritePng(Rasterize(solver.mesh(), drape.x, Camera(), kSupersample), path);
 }
 
-void WriteGroundTruth(const std::string& rendered, const std::string& path) {
-  GrayImage image(Camera().width, Camera().height);
-  CHECK_EQ(rendered.size(), image.coverage.size() * sizeof(float));
-  std::memcpy(image.coverage.data(), rendered.data(), rendered.size());
-  WritePng(image, path);
-}
-
-BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
-                        const std::string& folder, const std::atomic<bool>* cancel) {
-  const std::string files = folder + "/" + FolderName(setting);
-  fs::create_directories(files);
-  BenchRecord record;
-  const auto begin = std::chrono::steady_clock::now();
-  const std::clock_t cpu = std::clock();
-  FitData data = options.data;
-  data.material = setting.material;
-  const FitJobResult result =
-      RunFitJob(MakeSpec(setting, options.spec), data,
-                {.out = files, .checkpoint = files + "/checkpoint.json", .log = files + "/fit.log"},
-                {.cancel = cancel});
-  record[kWallSeconds] =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  record[kCpuSeconds] = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
-  record[kRepeats] = 1;
-  record[kVertices] = ParseMeshSpec(setting.mesh).num_vertices();
-  record.status = result.fitted ? "ok" : "nothing fitted";
-  if (!result.fitted) return record;
-  ReadScores(files, &record);
+json RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
+                 const std::string& folder, const std::atomic<bool>* cancel) {
+  fs::remove_all(folder);  // of a run that was stopped
+  fs::create_directories(folder);
+  FitJobResult fit;
+  const RunTimes times = TimeRuns(
+      [&] {
+        fit = RunFitJob(
+            MakeSpec(setting, options.spec), MakeData(setting, options.data),
+            {.out = folder, .checkpoint = folder + "/checkpoint.json", .log = folder + "/fit.log"},
+            {.cancel = cancel});
+      },
+      1, 0.0);
+  json result = {{"status", fit.fitted ? "ok" : "nothing fitted"},
+                 {"seconds", times.wall.front()},
+                 {"cpu_seconds", times.cpu.front()},
+                 {"repeats", 1},
+                 {"vertices", ParseMeshSpec(setting.mesh).num_vertices()}};
+  if (!fit.fitted) return result;
+  result.update(ReadScores(folder));
   if (!options.held_out.empty())
-    record[kHeldOutMse] = HeldOutScore(files, options.held_out, options.spec.observation.camera);
-  return record;
+    result["held_out_mse"] =
+        HeldOutScore(folder, options.held_out, options.spec.observation.camera);
+  return result;
 }
 
 }  // namespace drape

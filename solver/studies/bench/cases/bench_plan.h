@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "physics/material/material_io.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -17,13 +18,16 @@ enum class BenchWork {
   kJacobian,  // a drape and the Jacobian of its outline by the material
   kFit        // a material from silhouettes
 };
-// "forward", "gradient", "jacobian" or "fit". Throws InputError for any other.
-BenchWork ParseBenchWork(const std::string& text);
-const char* ToString(BenchWork work);
+constexpr auto EnumNames(BenchWork) {
+  return MakeNames<BenchWork>({{BenchWork::kForward, "forward"},
+                               {BenchWork::kGradient, "gradient"},
+                               {BenchWork::kJacobian, "jacobian"},
+                               {BenchWork::kFit, "fit"}});
+}
 
 // One setting; the members of BenchAxes are lists of the same.
 struct BenchSetting {
-  std::string material;               // ReadMaterial
+  std::string material = {};          // ReadMaterial
   std::string law = "smooth";         // MakeLaw
   std::string model = "homogeneous";  // one table for the cloth; "heterogeneous_modes": smooth
                                       // fields over it; "heterogeneous_elements": one a face and
@@ -52,26 +56,21 @@ struct BenchAxes {
   std::vector<int> threads = {1}, batch = {1};
 };
 
-// Names and values of a setting's axes in the order of BenchSetting, as in runs.csv:
-// a material by the stem of its file.
-std::vector<std::pair<std::string, std::string>> ListAxes(const BenchSetting& setting);
+// The axes of a run by the names of their options, in the order of BenchSetting, a file by its name
+// without the folder: {"material": "wool", "law": "smooth", …}. A run without samples of a
+// posterior has no "draws", one of a single thread no "batch".
+nlohmann::ordered_json ListAxes(const BenchSetting& setting);
 
-// One line that tells a run from all others, whatever the order of the axes' values.
-std::string CheckpointKey(BenchWork work, const BenchSetting& setting);
-
-// "disc:600 hybrid h=0.1": the axes that the run has and of which `varied` has several values.
-std::string MakeLabel(const BenchSetting& setting, const BenchAxes& varied);
-// The mark of a run in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as
-// far as the axes vary it, or its integrator.
-std::string MethodName(const BenchSetting& setting, const BenchAxes& axes);
+// One line that tells a run from all others, whatever the values of the axes beside its own:
+// "forward material=wool mesh=disc:300", with the axes that differ from those of BenchSetting().
+std::string RunName(BenchWork work, const BenchSetting& setting);
 
 // Whether the setting is of a model that only fits have.
 bool IsDistribution(const BenchSetting& setting);
 
 // The product; the first axis varies slowest. Axes that a run does not have (the mode of a forward
-// run, the draws of a table, the batch of one thread) count with their first value only. Throws
-// InputError for an axis without a value, a value that no run can have, or one that is given
-// twice.
+// run, the draws of a table, the batch of one thread) do not multiply it. Throws InputError for two
+// runs of one name: a value that is given twice, or two files of one name.
 std::vector<BenchSetting> ListRuns(BenchWork work, const BenchAxes& axes);
 
 }  // namespace drape

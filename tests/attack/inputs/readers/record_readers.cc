@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that programs write for themselves: a checkpoint with fitted branches, cells of a
-// study, growing tables. The cloth is one without physics, so that thousands are read quickly.
+// Files that programs write for themselves: a checkpoint with fitted branches, and cells of a
+// study. The cloth is one without physics, so that thousands are read quickly.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -9,10 +9,8 @@
 #include <stdexcept>
 
 #include "physics/util/errors.h"
-#include "physics/util/stored/csv_log.h"
 #include "physics/util/stored/stored_json.h"
 #include "solver/job/fit_job.h"
-#include "solver/studies/bench/cases/bench_record.h"
 #include "solver/studies/runner/study.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
@@ -101,36 +99,11 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
            }}};
 }
 
-Reader MakeBenchTable(const std::string& scratch) {
-  const std::string path = scratch + "runs.csv";
-  BenchFile file(path, "work=forward", false);
-  BenchRecord record;
-  record.status = "ok";
-  record[kWallSeconds] = 0.25;
-  record[kOutlineMm] = 1.5e-3;
-  for (const double h : {0.1, 0.2, 0.4}) {
-    BenchSetting setting;
-    setting.material = "a, \"b\".json";
-    setting.h = h;
-    file.Add(BenchWork::kForward, setting, record);
-  }
-  return {.name = "runs of drape_bench",
-          .file = "runs.csv",
-          .content = ReadText(path),
-          .read =
-              [](const std::string& from) {
-                BenchFile(from, "work=forward", true);
-                return std::string();
-              },
-          .is_json = false};
-}
-
 }  // namespace
 
 std::vector<Reader> MakeRecordReaders(const std::string& scratch) {
   std::vector<Reader> readers = MakeCheckpointReaders(scratch);
   for (Reader& reader : MakeCellReaders(scratch)) readers.push_back(std::move(reader));
-  readers.push_back(MakeBenchTable(scratch));
   return readers;
 }
 

@@ -9,7 +9,7 @@
 #include "solver/fit/lab_measurement.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/prediction/generative/generative_prediction.h"
-#include "solver/studies/bench/speed_table.h"
+#include "solver/studies/bench/speed_study.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 

@@ -154,6 +154,51 @@ TEST_F(Studies, MeasureTheMemoryOfProcesses) {
   EXPECT_LT(result.results[1]->at("peak_mb").get<double>(), 10.0);
 }
 
+// What several cells share is made in the process of the study, for the cells that run.
+TEST_F(Studies, PrepareTheCellsThatRun) {
+  std::vector<std::string> shared;
+  study_.prepare = [&](std::size_t cell, const RunControl&) {
+    shared.push_back("for " + study_.cells[cell].name);
+    return true;
+  };
+  study_.run = [&](std::size_t, const RunControl&) -> std::optional<json> {
+    return json{{"last", shared.back()}};
+  };
+  Run("0/2", true);
+  EXPECT_EQ(shared, std::vector<std::string>({"for c", "for b"}));
+  const StudyResult result = Run("", true);
+  EXPECT_EQ(shared.back(), "for a");
+  EXPECT_EQ(shared.size(), 3);
+  EXPECT_EQ(result.results[1]->at("last"), "for a");
+  study_.settings["mesh"] = "disc:200";
+  study_.prepare = [&](std::size_t cell, const RunControl&) {
+    cancel_ = cell == 1;
+    return !cancel_;
+  };
+  const StudyResult stopped = Run("", true);
+  EXPECT_TRUE(stopped.cancelled);
+  EXPECT_TRUE(stopped.results[0].has_value());
+  EXPECT_FALSE(stopped.results[1].has_value());
+}
+
+// What a cell needs may be a study of its own, with processes as well.
+TEST_F(Studies, PrepareByAStudy) {
+  Study needed = study_;
+  needed.name = "needed";
+  needed.cells.resize(1);
+  std::string found;
+  study_.prepare = [&](std::size_t, const RunControl& control) {
+    const StudyResult result =
+        RunStudy(needed, {.out = Path("out"), .processes = true}, {.cancel = control.cancel});
+    found = result.results[0]->at("text");
+    return true;
+  };
+  study_.run = [&](std::size_t, const RunControl&) -> std::optional<json> {
+    return json{{"needed", found}};
+  };
+  EXPECT_EQ(Run("", true).results[2]->at("needed"), "softc");
+}
+
 TEST_F(Studies, RefuseDamagedAndExchangedCells) {
   Run();
   const std::string a = Path("out/cells/" + CellId(study_, 0) + ".json"),

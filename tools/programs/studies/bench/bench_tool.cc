@@ -1,31 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/bench/bench_tool.h"
 
-#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "solver/job/fit_input.h"
-#include "solver/job/plot/chart.h"
-#include "solver/studies/bench/make_accuracy_table.h"
-#include "tools/cli/output_folder.h"
+#include "solver/studies/bench/bench_study.h"
+#include "solver/studies/bench/speed_study.h"
+#include "tools/cli/field_options.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
-#include "tools/programs/studies/bench/bench_report.h"
+#include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-std::vector<Option> AxisOptions(BenchToolOptions& options) {
+// What a user of drape_bench sets.
+struct BenchOptions {
+  BenchJob job;
+  std::string start;                                                 // ReadStartShape
+  std::vector<std::string> references = {"disc:2400", "disc:4800"};  // coarse, fine
+  std::string clock = "wall";                 // by which charts and the table count
+  std::vector<std::string> images, held_out;  // of fits (ExpandImages)
+  std::string ground_truth;                   // without images: whose silhouette is fitted
+  std::string ground_truth_mesh = "disc:1200";
+  std::string published;       // of other programs (ReadPublishedSpeeds); empty: none
+  double error_margin = 1.25;  // factor on the errors that the table of --accuracy promises
+  StudyOptions study = {.processes = true};
+};
+
+std::vector<Option> AxisOptions(BenchOptions& options) {
   BenchAxes& axes = options.job.axes;
   return {
       FabricOption(&axes.material),
-      {.key = "law", .value = &axes.law, .doc = "axis: constitutive laws, smooth or reference"},
+      {.key = "law",
+       .value = &axes.law,
+       .doc = "axis: constitutive laws",
+       .choices = {"reference", "smooth"}},
       {.key = "model",
        .value = &axes.model,
-       .doc = "axis: homogeneous (one table), heterogeneous_modes (smooth fields), "
-              "heterogeneous_elements (one table per face and hinge); for fits also bdp and bayes"},
+       .doc = "axis: one table, smooth fields, one table per face and hinge; for fits also bdp and "
+              "bayes",
+       .choices = {"homogeneous", "heterogeneous_modes", "heterogeneous_elements", "bdp", "bayes"}},
       {.key = "draws",
        .value = &axes.draws,
        .doc = "axis: number of posterior samples of a fit of the model bdp or bayes, even",
@@ -35,7 +52,8 @@ std::vector<Option> AxisOptions(BenchToolOptions& options) {
       {.key = "solve",
        .value = &axes.integrator,
        .doc = "axis: dynamic (time steps), hybrid (time steps, then Newton's method), static (a "
-              "drape relaxed on coarse_mesh, 20 time steps, then Newton's method)"},
+              "drape relaxed on coarse_mesh, 20 time steps, then Newton's method)",
+       .choices = {"dynamic", "hybrid", "static"}},
       {.key = "time_step",
        .value = &axes.h,
        .doc = "axis: time step",
@@ -57,13 +75,17 @@ std::vector<Option> AxisOptions(BenchToolOptions& options) {
        .above_least = true},
       {.key = "mode",
        .value = &axes.mode,
-       .doc = "axis: mode of differentiation, adjoint or tangent"},
+       .doc = "axis: mode of differentiation",
+       .choices = {"adjoint", "tangent"}},
   };
 }
 
 std::vector<Option> MachineAxisOptions(BenchAxes& axes) {
   return {
-      {.key = "backend", .value = &axes.backend, .doc = "axis: backends cpu, cuda or auto"},
+      {.key = "backend",
+       .value = &axes.backend,
+       .doc = "axis: backends",
+       .choices = {"auto", "cpu", "cuda"}},
       {.key = "threads",
        .value = &axes.threads,
        .doc = "axis: number of threads of a run",
@@ -77,14 +99,13 @@ std::vector<Option> MachineAxisOptions(BenchAxes& axes) {
   };
 }
 
-std::vector<Option> ProblemOptions(BenchToolOptions& options) {
+std::vector<Option> ProblemOptions(BenchOptions& options) {
   BenchJob& job = options.job;
   return {
-      {.key = "work",
-       .value = &options.work,
-       .doc = "work to measure: a drape, the gradient of a loss, the Jacobian of the outline, or a "
-              "fit",
-       .choices = {"forward", "gradient", "jacobian", "fit"}},
+      EnumOption(
+          "work", job.work,
+          "work to measure: a drape, the gradient of a loss, the Jacobian of the outline, or "
+          "a fit"),
       {.key = "start",
        .value = &options.start,
        .doc = "start shape of all drapes, which selects the branch",
@@ -121,13 +142,14 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
        .least = 0},
       {.key = "clock",
        .value = &options.clock,
-       .doc = "time in the charts: wall clock, or processor time for a machine that others use as "
+       .doc = "time in tables and charts: wall clock, or processor time for a machine that others "
+              "use as "
               "well",
        .choices = {"wall", "cpu"}},
   };
 }
 
-std::vector<Option> FitOptionList(BenchToolOptions& options) {
+std::vector<Option> FitOptionList(BenchOptions& options) {
   FitSpec& spec = options.job.fit.spec;
   return {
       {.key = "images",
@@ -165,7 +187,7 @@ std::vector<Option> FitOptionList(BenchToolOptions& options) {
   };
 }
 
-std::vector<Option> FileOptions(BenchToolOptions& options) {
+std::vector<Option> FileOptions(BenchOptions& options) {
   return {
       {.key = "published",
        .value = &options.published,
@@ -173,57 +195,12 @@ std::vector<Option> FileOptions(BenchToolOptions& options) {
               "configs/studies/speed_published.json, drawn beside the runs in codes.png; needs the "
               "laws smooth and reference",
        .is_path = true},
-      {.key = "table",
-       .value = &options.table,
-       .doc = "drapes: file to write the table of --accuracy to",
-       .is_path = true,
-       .repeated = false},
       {.key = "error_margin",
-       .value = &options.safety,
-       .doc = "factor on the errors in that table",
+       .value = &options.error_margin,
+       .doc = "drapes: factor on the errors in accuracy.json",
        .least = 1,
        .most = 10},
-      OutOption(options.out),
-      {.key = "resume",
-       .value = &options.job.resume,
-       .doc = "keep the finished runs of runs.csv in --out",
-       .repeated = false},
   };
-}
-
-std::string Joined(const std::vector<std::string>& paths) {
-  std::string text;
-  for (const std::string& path : paths) {
-    if (!text.empty()) text += '+';
-    text += std::filesystem::path(path).filename().string();
-  }
-  return text;
-}
-
-// What a resumed run must have in common with the run that it continues.
-std::string CommonText(const BenchToolOptions& options, const BenchJob& job) {
-  std::string text = options.work;
-  const auto add = [&](const std::string& name, const std::string& value) {
-    text += ' ' + name + '=' + value;
-  };
-  const auto number = [](double value) {
-    std::string digits;
-    AppendNumber(digits, value);
-    return digits;
-  };
-  add("start", Joined({options.start}));
-  add("coarse_mesh", job.problem.coarse_mesh);
-  if (options.work == "fit") {
-    add("images",
-        options.images.empty() ? Joined({options.ground_truth}) : Joined(job.fit.data.images));
-    add("held_out", Joined(job.fit.held_out));
-    return text;
-  }
-  add("reference", Joined(options.references));
-  add("reference_relax_mesh", job.reference.relax_mesh);
-  add("order", number(job.reference.order));
-  add("branch_mm", number(job.measuring.branch_mm));
-  return text;
 }
 
 std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
@@ -233,20 +210,33 @@ std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
   return all;
 }
 
-void AddSyntheticImage(const BenchToolOptions& options, BenchJob* job) {
+OptionTable BenchTable(BenchOptions& options);
+
+// What the runs depend on beside their axes and files.
+nlohmann::json Settings(BenchOptions options) {
+  return OptionSettings(
+      BenchTable(options),
+      {"fabric", "law", "model", "draws", "mesh", "solve", "time_step", "relax_time", "tolerance",
+       "mode", "backend", "threads", "batch", "clock", "published", "error_margin"});
+}
+
+// The silhouette that is fitted where no images are given.
+void AddSyntheticImage(const BenchOptions& options, BenchJob* job) {
   if (options.ground_truth.empty())
     throw InputError("option 'ground_truth'",
                      "is missing, expected a material where there are no images");
   job->fit.ground_truth =
       BenchSetting{.material = options.ground_truth, .mesh = options.ground_truth_mesh};
-  job->fit.data.images = {options.out + "/silhouette.png"};
+  job->fit.data.images = {options.study.out + "/silhouette.png"};
   job->fit.spec.observation.camera = {};  // the one that renders it
 }
 
-BenchJob MakeJob(const BenchToolOptions& options) {
+BenchJob MakeJob(const BenchOptions& options) {
   BenchJob job = options.job;
-  job.work = ParseBenchWork(options.work);
+  job.settings = Settings(options);
+  const ReadRecord record;
   job.problem.seed = ReadStartShape(options.start);
+  job.files = record.files();
   if (options.references.size() != 2)
     throw InputError("option 'reference'", "found " + std::to_string(options.references.size()) +
                                                " meshes, expected two: coarse, fine");
@@ -255,19 +245,15 @@ BenchJob MakeJob(const BenchToolOptions& options) {
   job.fit.data.images = Expanded(options.images);
   job.fit.spec.coarse_mesh = job.problem.coarse_mesh;
   job.fit.held_out = Expanded(options.held_out);
-  job.out = options.out;
-  if (!options.published.empty()) job.published = ReadPublishedSpeeds(options.published);
+  job.out = options.study.out;
   if (job.work == BenchWork::kFit && job.fit.data.images.empty()) AddSyntheticImage(options, &job);
-  job.common = CommonText(options, job);
-  job.share = options.cells.ParseShare();
   return job;
 }
 
-void CheckOptions(const BenchToolOptions& options) {
-  if (!options.table.empty() && options.work != "forward")
-    throw InputError("option 'table'", "found work " + options.work + ", expected forward");
-  if (!options.published.empty() && options.work != "forward")
-    throw InputError("option 'published'", "found work " + options.work + ", expected forward");
+void CheckOptions(const BenchOptions& options) {
+  if (!options.published.empty() && options.job.work != BenchWork::kForward)
+    throw InputError("option 'published'", "found work " + std::string(ToString(options.job.work)) +
+                                               ", expected forward");
   for (const int threads : options.job.axes.threads) RequireThreads(threads);
   const StagedFitOptions& stages = options.job.fit.spec.stages;
   if (stages.candidates_per_round.size() != stages.iterations.size())
@@ -276,31 +262,7 @@ void CheckOptions(const BenchToolOptions& options) {
                          " values, expected as many as 'candidates_per_round' has");
 }
 
-// Writes the table of --accuracy; why there is none, where the runs do not give one.
-std::string TryTable(const BenchToolOptions& options, const BenchJob& job,
-                     const BenchResult& result, BenchMeasure time) {
-  try {
-    WriteFileAtomically(options.table,
-                        AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-BenchToolResult SumUpShare(const BenchToolOptions& options, const BenchJob& job,
-                           const BenchResult& result) {
-  std::size_t cells = 0;
-  for (std::size_t k = 0; k < ListBenchCells(job).size(); ++k) cells += job.share->Has(k);
-  return {.cancelled = result.cancelled,
-          .is_list = true,
-          .table =
-              NoReferencesText(result) + ShareText(options.cells.share, result.runs.size(), cells)};
-}
-
-}  // namespace
-
-OptionTable BenchTable(BenchToolOptions& options) {
+OptionTable BenchTable(BenchOptions& options) {
   return {
       .tool = "drape_bench",
       .summary =
@@ -308,9 +270,11 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "several settings (axes, given as lists)",
       .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
       .notes =
-          "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
-          "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg, "
-          "with --published codes.png and .svg\n"
+          "files: bench.json, runs.csv (one line per run), report.md (fronts, exponents of "
+          "growth), "
+          "as .svg and .png front_<error> and growth, with --published codes; of drapes "
+          "accuracy.json, the table of --accuracy; of fits fits/; cells/ has the finished runs and "
+          "references, from which the same command continues\n"
           "The fronts are made of drapes at rest: at most 1e-6 of the weight is left as a force, "
           "and "
           "released, no vertex moves further than 1 mm. Other runs are shown in grey.\n"
@@ -320,50 +284,40 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "peak memory is its own.\n"
           "A fabric whose drape on a mesh of --reference does not come to rest is named, and the "
           "others are measured.\n"
-          "exit code 3: no run has a result, or they give no --table\n"
-          "Ctrl-C keeps the finished runs for --resume.\n",
+          "exit code 3: no run has a result\n",
       .options = Concatenate(
           Grouped("axes", Concatenate(AxisOptions(options), MachineAxisOptions(options.job.axes))),
           Grouped("problem, reference and measurement", ProblemOptions(options)),
           Grouped("fits", FitOptionList(options)),
           Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
-          Grouped("files", Concatenate(FileOptions(options), CellOptions(options.cells)))),
+          Grouped("files", Concatenate(FileOptions(options), StudyOptionList(options.study)))),
       .common = {"work", "fabric", "start", "mesh", "solve", "time_step", "relax_time", "reference",
-                 "images", "table", "out", "resume"}};
+                 "images", "out"}};
 }
 
-BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control) {
+bool HasResult(const nlohmann::json& run) {
+  const std::string status = run.at("status");
+  return status == "ok" || status == "other branch" || status == "not at rest";
+}
+
+ToolOutcome Run(const BenchOptions& options, const RunControl& control) {
   CheckOptions(options);
-  if (!options.table.empty()) CheckReplaceable(options.table);
-  const BenchJob job = MakeJob(options);
-  if (options.cells.list)
-    return {.is_list = true, .table = ListText(ListBenchCells(job), job.share)};
-  const OutputFolder out(options.out, {"bench.json", "runs.csv"},
-                         job.share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
-  const BenchResult result = RunBench(job, control);
-  if (job.share) return SumUpShare(options, job, result);
-  const BenchMeasure time = TimeMeasure(options.clock);
-  WriteBenchJson(out.Staged("bench.json"), job, result, time);
-  const std::string missing =
-      TryPictures([&] { RenderBenchCharts(out.Staged(""), job, result, time); });
-  out.Publish();
-  BenchToolResult summary{.cancelled = result.cancelled,
-                          .measured = 0,
-                          .table = BenchTableText(job, result, time) + missing};
-  for (const BenchRun& run : result.runs) summary.measured += run.record.has_result();
-  if (!options.table.empty() && !result.cancelled)
-    summary.no_table = TryTable(options, job, result, time);
-  return summary;
-}
-
-namespace {
-
-ToolOutcome Run(const BenchToolOptions& options, const RunControl& control) {
-  BenchToolResult result = RunBenchTool(options, control);
-  if (result.is_list) return {.text = std::move(result.table), .cancelled = result.cancelled};
-  return {.text = std::move(result.table),
-          .cancelled = result.cancelled,
-          .failure = result.measured > 0 ? result.no_table : "no run has a result, see bench.json"};
+  const Study study = MakeBenchStudy(MakeJob(options));
+  nlohmann::json published;
+  if (!options.published.empty()) published = ReadPublishedSpeeds(options.published);
+  bool has_results = options.study.list || !options.study.share.empty();
+  const auto summarise = [&](const StudyResult& result) {
+    for (const auto& run : result.results) has_results = has_results || (run && HasResult(*run));
+    nlohmann::ordered_json json = SummariseCells(study, result);
+    json["start"] = NameWithoutFolder(options.start);
+    json["clock"] = options.clock;
+    json["error_margin"] = options.error_margin;
+    json["published"] = published;
+    return json;
+  };
+  ToolOutcome outcome = RunStudyProgram(study, options.study, control, summarise);
+  if (!has_results) outcome.failure = "no run has a result, see bench.json";
+  return outcome;
 }
 
 }  // namespace

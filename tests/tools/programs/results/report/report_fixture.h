@@ -51,6 +51,16 @@ class ReportTest : public ToolFixture {
     }
     Write(name, bytes);
   }
+  // Fields over two triangles with one edge between them.
+  static Json SmallFields() {
+    return {{"uv_m", {{0, 0}, {0.1, 0}, {0.1, 0.1}, {0, 0.1}}},
+            {"faces", {{0, 1, 2}, {0, 2, 3}}},
+            {"hinges", Json::array({{0, 2, 1, 0}})},
+            {"stretch_n_per_m", {40, 80}},
+            {"bend_n_m", Json::array({1.5e-6})},
+            {"stretch_uncertainty", {0.25, 0.5}},
+            {"bend_uncertainty", Json::array({1})}};
+  }
   std::string Page(std::vector<std::string> folders, double max_mb = 2.0) const {
     folders.insert(folders.begin(), kReport);
     folders.push_back("--out=" + Path("page.html"));

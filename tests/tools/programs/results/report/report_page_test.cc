@@ -36,6 +36,7 @@ class ReportInABrowser : public ReportTest {
          "--initial_lifts=0.5,1", "--candidates_per_round=3,2,1", "--num_parameters=2",
          "--iterations=4,4,6", "--posterior_samples=4", "--posterior_iterations=4",
          "--elbo_samples=25", "--out=" + Path("fit")});
+    Write("fit/fields.json", SmallFields().dump());  // as of a heterogeneous fit
     run({bin + "/drape_predict", "--fabric=" + Path("fit"), "--mesh=disc:120", "--draws=6",
          "--keep_meshes", "--steps=60", "--out=" + Path("predict")});
     run({bin + "/drape_equilibria", "--fabric=" + kFabric, "--mesh=disc:120", "--samples=4",
@@ -62,11 +63,11 @@ TEST_F(ReportInABrowser, EveryPartIsFilledAndReadable) {
   ASSERT_EQ(report.exit_code, 0) << report.err;
   EXPECT_THAT(Read(Path("report.html")), HasSubstr("class=\"fitted\""));
   const ProcessResult check =
-      CheckPage("report.html", {"verdict", "images", "material", "outlines", "drape", "posterior",
-                                "prediction", "spectrum", "studies", "provenance"});
+      CheckPage("report.html", {"verdict", "images", "material", "outlines", "drape", "fields",
+                                "posterior", "prediction", "spectrum", "studies", "provenance"});
   if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
-  EXPECT_THAT(check.out, testing::ContainsRegex("10 parts, 4 charts, 5 drapes"));
+  EXPECT_THAT(check.out, testing::ContainsRegex("11 parts, 5 charts, 5 drapes"));
 }
 
 TEST_F(ReportInABrowser, FaultsOfAPageAreFound) {

@@ -63,6 +63,22 @@ TEST_F(ReportTest, OnlyPicturesAreTakenIn) {
                      "is a symbolic link");
 }
 
+TEST_F(ReportTest, FieldsAreDrawnOverTheCloth) {
+  const std::string folder = AddFit("fit", Json::object());
+  Json fields = SmallFields();
+  Write("fit/fields.json", fields.dump());
+  const std::string page = Page({folder});
+  for (const char* part :
+       {"<section id=\"fields\">", "<figure class=\"chart\">", "stretching: mean of c11 and c22",
+        "<td class=\"number\">60</td>", "<td class=\"number\">1.5</td>"})
+    EXPECT_THAT(page, HasSubstr(part));
+  fields["hinges"] = Json::array({{0, 2, 1, 7}});
+  for (const std::string& damaged : {fields.dump(), std::string("[1]"), std::string("{")}) {
+    Write("fit/fields.json", damaged);
+    EXPECT_THAT(Page({folder}), HasSubstr("fit/fields.json: "));
+  }
+}
+
 // A page names an image that is no longer the one that was fitted.
 TEST_F(ReportTest, AReplacedImageIsNamed) {
   Write("seen.png", "other bytes");

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Posterior, prediction and singular values, as charts and tables."""
+"""Fields, posterior, prediction and singular values, as charts and tables."""
 
 import io
 import math
@@ -27,12 +27,77 @@ def svg(draw, rows, columns, width, height):
         figure = matplotlib.figure.Figure((columns * width, rows * height), layout="constrained")
         draw(figure.subplots(rows, columns, squeeze=False))
         data = io.BytesIO()
-        figure.savefig(data, format="svg", transparent=True, metadata={"Date": None})
+        figure.savefig(data, format="svg", dpi=150, transparent=True, metadata={"Date": None})
         return data.getvalue()
 
 
 def add_chart(page, data, caption):
     return page.data_picture("svg+xml", data, caption, caption, caption)
+
+
+# Fields
+
+FIELDS = [("stretch_n_per_m", "faces", "stretching: mean of c11 and c22 [N/m]", 1),
+          ("bend_n_m", "hinges", "bending: plate rigidity [µN·m]", 1e6),
+          ("stretch_uncertainty", "faces", "stretching: posterior over prior deviation", 1),
+          ("bend_uncertainty", "hinges", "bending: posterior over prior deviation", 1)]
+
+
+def read_fields(path):
+    """Name, polygons in the plane of the cloth [cm] and values of each field. The polygon of a hinge
+    is the kite of its edge and the centres of its faces."""
+    stored = read_json(path)
+    try:
+        uv = 100 * np.array(stored["uv_m"], float)
+        faces, hinges = np.array(stored["faces"], int), np.array(stored["hinges"], int)
+        centres = uv[faces].mean(axis=1)
+        polygons = {"faces": uv[faces],
+                    "hinges": np.stack([uv[hinges[:, 0]], centres[hinges[:, 2]],
+                                        uv[hinges[:, 1]], centres[hinges[:, 3]]], axis=1)}
+        fields = [(name, polygons[of], factor * np.array(stored[key], float))
+                  for key, of, name, factor in FIELDS]
+        if any(values.shape != shapes.shape[:1] or not np.isfinite(values).all() or len(values) == 0
+               for _, shapes, values in fields):
+            raise ValueError
+        return fields
+    except (ValueError, KeyError, TypeError, IndexError):
+        raise InputError(f"{path}: expected the fields of drape_fit") from None
+
+
+def draw_fields(fields):
+    def draw(grid):
+        import matplotlib.collections
+        for axes, (name, polygons, values) in zip(grid.flat, fields):
+            shown = matplotlib.collections.PolyCollection(polygons, array=values, cmap="viridis",
+                                                          edgecolors="face", rasterized=True)
+            axes.add_collection(shown)
+            axes.autoscale_view()
+            axes.set(title=name, aspect="equal", xlabel="weft [cm]", ylabel="warp [cm]")
+            axes.grid(False)
+            axes.figure.colorbar(shown, ax=axes)
+    return svg(draw, 2, 2, 3.6, 3)
+
+
+def cloth_fields(folder, page):
+    file = folder.at("fields.json")
+    if not folder.is_fit or not os.path.lexists(file):
+        return ""
+    try:
+        fields = read_fields(file)
+    except InputError as error:
+        return html.paragraph(str(error), "missing")
+    rows = [(html.header(name), *(html.numeric("%.3g" % value) for value in
+                                  (values.mean(), values.std(), values.min(), values.max())))
+            for name, _, values in fields]
+    return add_chart(page, draw_fields(fields),
+                     "Stiffness over the cloth, and how far the data narrow it: 1 where they say "
+                     "nothing.") + html.table(rows, ("field", "mean", "standard deviation", "least",
+                                                     "most"))
+
+
+def add_fields(folders, page):
+    page.add("fields", "Fields over the cloth",
+             page.side_by_side(folders, lambda folder: cloth_fields(folder, page)))
 
 
 # Posterior

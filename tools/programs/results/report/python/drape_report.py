@@ -39,8 +39,8 @@ def make_page(folders, max_mb):
     page = html.Page(max(0, int(1e6 * max_mb) - len(template.encode()) - frame))
     for part in (verdict.add_verdicts, measured.add_measurements, drapes.add_images,
                  verdict.add_materials, measured.add_exports, drapes.add_outlines, drapes.add_drapes,
-                 charts.add_posteriors, charts.add_predictions, charts.add_spectra,
-                 measured.add_studies, measured.add_provenance):
+                 charts.add_fields, charts.add_posteriors, charts.add_predictions,
+                 charts.add_spectra, measured.add_studies, measured.add_provenance):
         part(folders, page)
     title = "drapefit report: " + ", ".join(folder.name for folder in folders)
     body = html.ENVIRONMENT.get_template("body.html").render(

@@ -129,7 +129,6 @@ HEADLINES = [("/draws", "drapes", 1, ""), ("/at_rest", "drapes at rest", 1, ""),
              ("/spread/dc", "drape coefficient", 100, " %"), ("/spread/folds", "nodes", 1, ""),
              ("/dc", "drape coefficient", 100, " %"), ("/folds", "nodes", 1, ""),
              ("/stability/lowest_frequency_hz", "lowest vibration", 1, " Hz"),
-             ("/runs", "runs", 1, ""),
              ("/budget_rollouts", "rollouts for each method and problem", 1, "")]
 
 
@@ -145,8 +144,6 @@ def other_numbers(folder):
                             if known else "none"))
         elif pointer == "/dc" and folder.program == "drape_photo":
             numbers.append((name, coefficient_text(s) + " %"))
-        elif pointer == "/runs" and folder.program == "drape_bench":
-            numbers.append((name, str(len(items(s, "/runs")))))
         elif value is not None and (pointer, folder.program) != ("/draws", "drape_garment"):
             numbers.append((name, "%.4g" % (factor * value) + unit))
     numbers += best_method(s)
@@ -154,6 +151,8 @@ def other_numbers(folder):
     if cases:
         numbers.append(("reference cases that hold",
                         f"{len(cases) - len(failed_cases(s))} of {len(cases)}"))
+    if folder.program == "drape_bench":
+        numbers.append(("runs", str(len(items(s, "/cells")))))
     counts = find(s, "/counts")
     if isinstance(counts, dict):
         numbers += [(name, value_text(counts[name])) for name in sorted(counts)

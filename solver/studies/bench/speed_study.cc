@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/bench/speed_table.h"
+#include "solver/studies/bench/speed_study.h"
 
-#include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cuda/make_backend.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/build.h"
@@ -20,11 +18,10 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<double> ReadSpeeds(const JsonInput& row, const char* key, std::size_t count) {
-  if (!row.Has(key)) return {};
-  const Eigen::VectorXd speeds = row.At(key).Vector(static_cast<int>(count));
-  for (int i = 0; i < speeds.size(); ++i) row.At(key).At(i).NotNegative();
-  return {speeds.begin(), speeds.end()};
+void CheckSpeeds(const JsonInput& row, const char* key, int count) {
+  if (!row.Has(key)) return;
+  row.At(key).Vector(count);
+  for (int i = 0; i < count; ++i) row.At(key).At(i).NotNegative();
 }
 
 NegativeEntries PolicyFor(const Law& law) {
@@ -79,6 +76,7 @@ class Timer {
         TimeRuns([&] { gradient ? Gradient() : Forward(); }, job_.repeats, job_.seconds);
     const double runs = static_cast<double>(batch_.size()) * job_.steps;
     return {{"device", device_},
+            {"processor", ProcessorName()},
             {"vertices", model_->mesh.num_vertices()},
             {"repeats", times.wall.size()},
             {"seconds", MedianTime(times.wall) / runs},
@@ -104,64 +102,54 @@ class Timer {
   RolloutOptions options_;
 };
 
-// One process; false when cancelled.
-bool MeasureInChild(const SpeedJob& job, bool gradient, double idle_bytes,
-                    const RunControl& control, MeasuredSpeed* row) {
-  const ChildResult child = RunInChild(
-      [&] { return Timer(job, row->mesh, row->batch).Measure(gradient).dump(); }, control.cancel);
-  if (child.cancelled || control.cancelled()) return false;
-  const json found = json::parse(child.output);
-  row->device = found.at("device");
-  row->vertices = found.at("vertices");
-  row->repeats = found.at("repeats");
-  (gradient ? row->gradient : row->forward) = found.at("seconds");
-  (gradient ? row->gradient_spread : row->forward_spread) = found.at("spread");
-  (gradient ? row->gradient_mb : row->forward_mb) =
-      (child.peak_bytes - idle_bytes) / kBytesPerMegabyte;
-  return true;
-}
-
 }  // namespace
 
-PublishedSpeeds ReadPublishedSpeeds(const std::string& path) {
-  const json file = ReadJsonFile(path);
-  const JsonInput input(file, path);
-  input.ExpectKeys({"vertices", "rows"});
-  PublishedSpeeds speeds;
+json ReadPublishedSpeeds(const std::string& path) {
+  json file = ReadJsonFile(path);
+  const JsonInput input = JsonInput(file, path).ExpectKeys({"vertices", "rows"});
   const JsonInput vertices = input.At("vertices").ExpectArray(), rows = input.At("rows");
   for (int i = 0; i < vertices.Size(); ++i) {
     constexpr int kMostVertices = 10'000'000;
-    speeds.vertices.push_back(vertices.At(i).IntegerWithin(3, kMostVertices));
+    vertices.At(i).IntegerWithin(3, kMostVertices);
   }
   for (int i = 0; i < rows.ExpectArray().Size(); ++i) {
     const JsonInput row =
         rows.At(i).ExpectKeys({"name", "machine", "source", "forward_s", "backward_s"});
-    speeds.rows.push_back({row.At("name").String(), row.At("machine").String(),
-                           row.At("source").String(),
-                           ReadSpeeds(row, "forward_s", speeds.vertices.size()),
-                           ReadSpeeds(row, "backward_s", speeds.vertices.size())});
+    for (const char* text : {"name", "machine", "source"}) row.At(text).String();
+    for (const char* speeds : {"forward_s", "backward_s"})
+      CheckSpeeds(row, speeds, vertices.Size());
   }
-  return speeds;
+  return file;
 }
 
-SpeedTable MeasureSpeeds(const SpeedJob& job, const RunControl& control) {
-  ReadMaterial(job.material, {PolicyFor(MakeLaw(job.law))});
-  for (const std::string& mesh : job.meshes) ParseMeshSpec(mesh);
-  SpeedTable table{.cpu = ProcessorName()};
-  const double idle_bytes = RunInChild([] { return std::string(); }, nullptr).peak_bytes;
-  const double count = 2.0 * static_cast<double>(job.meshes.size() * job.batches.size());
-  double done = 0.0;
+Study MakeSpeedStudy(const SpeedJob& job) {
+  struct Measurement {
+    std::string mesh;
+    int batch;
+    bool gradient;
+  };
+  Study study;
+  study.name = "speed";
+  study.settings = job.settings;
+  std::vector<Measurement> measurements;
   for (const std::string& mesh : job.meshes)
-    for (const int batch : job.batches) {
-      MeasuredSpeed row{.mesh = mesh, .batch = batch};
+    for (const int batch : job.batches)
       for (const bool gradient : {false, true}) {
-        control.Report(done++ / count, mesh + (gradient ? ", gradient" : ", forward"));
-        table.cancelled = !MeasureInChild(job, gradient, idle_bytes, control, &row);
-        if (table.cancelled) return table;
+        const std::string part = gradient ? "gradient" : "forward";
+        const std::string cloth = NameWithoutFolder(mesh);
+        study.cells.push_back(CheckedCell(cloth + ", batch " + std::to_string(batch) + ", " + part,
+                                          {{"mesh", cloth}, {"batch", batch}, {"part", part}}, [&] {
+                                            ReadMaterial(job.material,
+                                                         {PolicyFor(MakeLaw(job.law))});
+                                            ParseMeshSpec(mesh);
+                                          }));
+        measurements.push_back({mesh, batch, gradient});
       }
-      table.rows.push_back(row);
-    }
-  return table;
+  study.run = [job, measurements](std::size_t cell, const RunControl&) -> std::optional<json> {
+    const auto& [mesh, batch, gradient] = measurements[cell];
+    return Timer(job, mesh, batch).Measure(gradient);
+  };
+  return study;
 }
 
 }  // namespace drape
