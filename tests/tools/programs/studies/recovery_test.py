@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPT = pathlib.Path(__file__).resolve().parents[4] / "tools/programs/studies/scripts/recovery.py"
+SCRIPT = pathlib.Path(__file__).resolve().parents[4] / "tools/programs/fit/recovery.py"
 KEYS = ("c11_n_per_m", "c12_n_per_m", "c22_n_per_m", "c33_n_per_m", "bend_along_weft_n_m",
         "bend_at_45_deg_n_m", "bend_along_warp_n_m", "bend_n_m", "bending_length_m")
 
