@@ -229,14 +229,6 @@ TEST_F(HostileFolders, HoldLinksAndFoldersInPlaceOfResults) {
   const auto before = Snapshot(Path("out"));
   ExpectRefused(Drape({"--steps=3"}), "silhouette.png: is a folder, expected");
   EXPECT_EQ(Snapshot(Path("out")), before);
-  std::filesystem::create_directory(Path("table.json"));
-  ExpectRefused(Run("bench", {"--work=forward", "--fabric=wool.json", "--start=" + kWaves,
-                              "--mesh=disc:100", "--table=table.json", "--out=bench"}),
-                "table.json: is a folder");
-  ExpectRefused(Run("bench", {"--work=forward", "--fabric=wool.json", "--start=" + kWaves,
-                              "--mesh=disc:100", "--table=/proc/x", "--out=bench"}),
-                "/proc/x: cannot create a file");
-  EXPECT_FALSE(std::filesystem::exists(Path("bench")));
 }
 
 TEST_F(HostileFolders, StayAsTheyWereWhereOneFileCannotBeReplaced) {
@@ -251,14 +243,20 @@ TEST_F(HostileFolders, StayAsTheyWereWhereOneFileCannotBeReplaced) {
     EXPECT_EQ(Snapshot(Path("fit")), before);
     std::filesystem::remove(Path(folder));
   }
+  // The first file is looked for before the work, a file of the script when all runs have ended.
   for (const char* name : {"bench.json", "runs.csv"}) {
     const std::string folder = std::string("bench/") + name;
     std::filesystem::create_directories(Path(folder));
-    ExpectRefused(Run("bench", {"--work=forward", "--fabric=" + kWool, "--start=" + kWaves,
-                                "--mesh=disc:100", "--out=bench"}),
-                  folder + ": is a folder");
+    const ProcessResult result =
+        Run("bench",
+            {"--work=forward", "--fabric=" + kWool, "--start=" + kWaves, "--mesh=disc:100",
+             "--time_step=0.2", "--reference=disc:120,disc:150", "--reference_relax_mesh=disc:100",
+             "--coarse_mesh=disc:100", "--run_seconds=0", "--repeats=1", "--out=bench"});
+    ExpectRefused(result, folder + ": ");
+    EXPECT_THAT(result.err, HasSubstr("a folder"));
     std::filesystem::remove(Path(folder));
-    EXPECT_TRUE(std::filesystem::is_empty(Path("bench")));
+    EXPECT_FALSE(std::filesystem::exists(Path("bench/bench.json")));
+    EXPECT_FALSE(std::filesystem::exists(Path("bench/report.md")));
   }
 }
 

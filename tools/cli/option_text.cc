@@ -81,7 +81,10 @@ std::string TypeText(const Option& option) {
                  [](const double*) { return std::string("number"); },
                  [](const std::vector<int>*) { return std::string("list of integers"); },
                  [](const std::vector<double>*) { return std::string("list of numbers"); },
-                 [&](const std::vector<std::string>*) { return "list of " + text + "s"; }},
+                 [&](const std::vector<std::string>*) {
+                   return "list of " +
+                          (option.choices.empty() ? text + "s" : JoinChoices(option.choices, "|"));
+                 }},
       option.value);
 }
 

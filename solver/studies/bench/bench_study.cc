@@ -62,7 +62,7 @@ class Bench {
   }
 
   bool Prepare(std::size_t run, const RunControl& control) {
-    return job_.work == BenchWork::kFit ? DrawSilhouette(control) : StoreReference(run, control);
+    return job_.work == BenchWork::kFit ? DrawSilhouette(control) : TakeReference(run, control);
   }
 
   json Run(std::size_t run, const RunControl& control) const {
@@ -117,7 +117,7 @@ class Bench {
   }
 
   // Takes the reference of a run over or computes it; false when that was cancelled.
-  bool StoreReference(std::size_t run, const RunControl& control) {
+  bool TakeReference(std::size_t run, const RunControl& control) {
     const std::size_t wanted = reference_of_[run];
     if (found_ == wanted) return true;
     const Study& study = references_[wanted];

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the system does to a program: no Python, no temporary folder, full or closed streams,
 // limits, a full disk, another locale; links and other runs in the output folder; hostile names.
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double kMillimetres = 1e3;
+constexpr double kMetreInMillimetres = 1e3;
 
 FitSpec MakeSpec(const BenchSetting& setting, FitSpec spec) {
   spec.law = ParseName<LawKind>(setting.law, "axis 'law'");
@@ -81,7 +81,7 @@ json ReadScores(const std::string& folder) {
   const JsonInput mean = JsonInput(file, path).At("mean_settled");
   return {{"outline_px", mean.At("profile_rms_px").Number()},
           {"mse", mean.At("mse").Number()},
-          {"hausdorff_mm", kMillimetres * mean.At("outline_hausdorff_m").Number()}};
+          {"hausdorff_mm", kMetreInMillimetres * mean.At("outline_hausdorff_m").Number()}};
 }
 
 FitData MakeData(const BenchSetting& setting, FitData data) {

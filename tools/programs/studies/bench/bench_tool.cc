@@ -316,7 +316,7 @@ ToolOutcome Run(const BenchOptions& options, const RunControl& control) {
     return json;
   };
   ToolOutcome outcome = RunStudyProgram(study, options.study, control, summarise);
-  if (!has_results) outcome.failure = "no run has a result, see bench.json";
+  if (!has_results && !outcome.cancelled) outcome.failure = "no run has a result, see bench.json";
   return outcome;
 }
 
