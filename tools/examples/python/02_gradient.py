@@ -28,4 +28,4 @@ exact = gradient.log_factors[0, entry]
 difference = (height[1] - height[2]) / (2.0 * step)
 print(f"height {height[0]:.5f} m, by the logarithm of a bend entry: adjoint {exact:.6g}, "
       f"difference {difference:.6g} m")
-sys.exit(abs(exact - difference) > 1e-4 * abs(exact))
+sys.exit(int(abs(exact - difference) > 1e-4 * abs(exact)))

@@ -26,4 +26,4 @@ starts = [simulator.random_start(seed) for seed in range(8)]
 drapes = simulator.drape(posterior.fabrics[:8], start=starts, h=0.05, steps=60)
 coefficients = drapes.read("features")[:, 0]
 print(f"drape coefficients of further drapes: {coefficients.min():.3f} to {coefficients.max():.3f}")
-sys.exit(not posterior.quantities["bending_in_drape_un_m"].measured)
+sys.exit(int(not posterior.quantities["bending_in_drape_un_m"].measured))

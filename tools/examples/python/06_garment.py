@@ -17,9 +17,10 @@ print(f"{worn.garment.shape[1]} vertices, {worn.time[-1]:.2f} s, hem at "
 # A picture of body and garment, half from the left.
 figure = Figure()
 axes = figure.add_subplot(projection="3d", elev=10, azim=-60)
-axes.set_aspect("equal")
 for positions, faces, colour in ((worn.body[-1], worn.body_faces, "tan"),
                                  (worn.garment[-1], worn.garment_faces, "steelblue")):
     axes.plot_trisurf(*positions.T, triangles=faces, color=colour)
-figure.savefig(sys.argv[3])
-sys.exit(worn.intersections > 0)
+axes.set_aspect("equal")
+axes.set_axis_off()
+figure.savefig(sys.argv[3], bbox_inches="tight")
+sys.exit(int(worn.intersections > 0))
