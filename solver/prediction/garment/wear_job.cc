@@ -29,7 +29,9 @@ constexpr double kFrameRate = 25.0;  // [1/s]
 constexpr StoredFormat kCheckpoint = {"drapefit-garment-run", 3};
 
 bool IsPath(const std::string& value, const Field& field) {
-  return field.is_path && (*field.word == '\0' || !value.starts_with(field.word));
+  return field.is_path &&
+         std::none_of(field.words.begin(), field.words.end(),
+                      [&](const std::string& word) { return value.starts_with(word); });
 }
 template <class T>
 bool IsPath(const T&, const Field&) {
