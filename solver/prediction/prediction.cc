@@ -60,12 +60,9 @@ void Fill(const ClothModel& model, const PredictionOptions& options, SettledDrap
 }  // namespace
 
 void PredictionOptions::Check() const {
-  CHECK_GE(specimens, 1);
-  CHECK_GE(repeats, 1);
+  CheckFields(*this);
   CHECK(!faces.empty());
   for (const ClothFace face : faces) CHECK(face != ClothFace::kUnknown);
-  for (const double size : {start_rms, capture_rms, specimen_stretch_sigma, specimen_bend_sigma})
-    CHECK_GE(size, 0.0);
   CHECK(bend.up > 0.0 && bend.down > 0.0);
   CHECK(settle.solve_mode == SolveMode::kStatic) << "drapes are judged at rest";
 }

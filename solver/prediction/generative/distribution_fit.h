@@ -39,6 +39,17 @@ struct TrainingDrape {
 };
 std::vector<TrainingDrape> ListTrainingDrapes(const std::vector<ObservedCapture>& captures);
 
+// A drape of a pool, and its distance from the drapes that it is compared with.
+struct NearDrape {
+  int index = 0;
+  double away = 0.0;
+};
+// The `count` drapes with the least mean distance from the seen ones (fewer where the pool has
+// fewer), the nearest first; distances are those of DistributionFitOptions.
+std::vector<NearDrape> ListNearestDrapes(const DrapePool& pool,
+                                         const std::vector<TrainingDrape>& seen,
+                                         double outline_weight, int count);
+
 struct DistributionFit {
   SpecimenDistribution best;
   std::vector<SpecimenDistribution> resampled;

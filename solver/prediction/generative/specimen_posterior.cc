@@ -13,7 +13,6 @@
 #include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
-#include "solver/prediction/generative/weighted_drapes.h"
 
 namespace drape {
 namespace {

@@ -12,6 +12,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
 #include "solver/job/fit_input.h"
+#include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
@@ -22,46 +23,17 @@ namespace drape {
 namespace {
 
 std::vector<Option> DrawOptions(PredictToolOptions& options) {
-  PredictionOptions& prediction = options.prediction;
-  const auto sigma = [](const char* key, double* value, const char* doc) {
-    return Option{.key = key, .value = value, .doc = doc, .least = 0, .most = 3};
-  };
-  const auto height = [](const char* key, double* value, const char* doc) {
-    return Option{.key = key, .value = value, .doc = doc, .unit = "m", .least = 0, .most = 0.05};
-  };
-  return {
-      {.key = "draws",
-       .value = &options.draws,
-       .doc = "number of drapes: a multiple of repeats times faces",
-       .least = 2,
-       .most = 4096},
-      {.key = "repeats",
-       .value = &prediction.repeats,
-       .doc = "number of drapes of each specimen on each face, which differ only by the noise of "
-              "the capture",
-       .least = 1,
-       .most = 1000},
-      height("start_rms", &prediction.start_rms,
-             "root mean square height of a specimen's random start shape at the hem"),
-      height("capture_rms", &prediction.capture_rms,
-             "root mean square noise of each vertex at the start of each drape"),
-      sigma(
-          "specimen_stretch_sigma", &prediction.specimen_stretch_sigma,
-          "variation between specimens: standard deviation of a log factor on all stretch entries"),
-      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma,
-            "variation between specimens: standard deviation of a log factor on all bend entries"),
-      {.key = "seed",
-       .value = &options.seed,
-       .doc = "random seed of the run; the split has split_seed",
-       .least = 0},
-      TimeStepOption(prediction.settle.steps.h),
-      {.key = "steps",
-       .value = &prediction.settle.steps.steps,
-       .doc = "number of time steps before Newton's method",
-       .least = 0,
-       .most = 100000},
-      ThreadsOption(options.threads),
-  };
+  const std::vector<Option> draws = {{.key = "draws",
+                                      .value = &options.draws,
+                                      .doc = "number of drapes: a multiple of repeats times faces",
+                                      .least = 2,
+                                      .most = 4096},
+                                     {.key = "seed",
+                                      .value = &options.seed,
+                                      .doc = "random seed of the run; the split has split_seed",
+                                      .least = 0}};
+  return Concatenate(draws, FieldOptionList(options.prediction),
+                     std::vector{ThreadsOption(options.threads), BackendOption(options.backend)});
 }
 
 Option CalibrateOption(PredictToolOptions& options) {
@@ -405,8 +377,7 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "Ctrl-C writes the results so far.\n",
       .options = Concatenate(
           Grouped("fabric", ClothOptions(options.scene)),
-          Grouped("samples and simulation",
-                  Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
+          Grouped("samples and simulation", DrawOptions(options)),
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
           Grouped("learning (--learn)", LearningOptionRows(options)),

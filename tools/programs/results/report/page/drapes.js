@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drapes to turn, coloured by a number of each vertex. All viewers of a page share one camera and,
-// for each quantity, one range of colours, so that drapes side by side can be compared.
+// Drapes to turn, coloured by a number of each vertex. Viewers of a page share a camera and, for
+// each quantity, one range of colours, so that drapes side by side can be compared.
 import { interpolateViridis } from "d3-scale-chromatic";
 import {
   AmbientLight,
@@ -24,10 +24,6 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const GREY = "#8a8f98"; // of what the cloth lies on
 const COLOURS = Array.from({ length: 256 }, (_, i) => new Color(interpolateViridis(i / 255)));
-// The first view: of a drape over a disc, or of all of a cloth of another scene.
-const view = { from: new Vector3(0.19, -0.285, 0.22), at: new Vector3(0, 0, -0.03) };
-const camera = new PerspectiveCamera(38, 4 / 3, 0.01, 10);
-camera.up.set(0, 0, 1);
 const viewers = [];
 const renderAll = () => viewers.forEach((viewer) => viewer.render());
 
@@ -65,6 +61,25 @@ function makeGeometry(drape, first) {
   return geometry;
 }
 
+// The camera of all drapes over a disc, or of all others, and its first view.
+const views = {};
+function findView(drape) {
+  const kind = drape.support_m ? "disc" : "free";
+  if (views[kind]) return views[kind];
+  const view = { from: new Vector3(0.19, -0.285, 0.22), at: new Vector3(0, 0, -0.03) };
+  if (!drape.support_m) {
+    const geometry = makeGeometry(drape.body ?? drape);
+    geometry.computeBoundingSphere();
+    const { center, radius } = geometry.boundingSphere;
+    view.from.sub(view.at).setLength(3.2 * radius).add(center);
+    view.at.copy(center);
+  }
+  view.camera = new PerspectiveCamera(38, 4 / 3, 0.01, 10);
+  view.camera.up.set(0, 0, 1);
+  view.camera.position.copy(view.from);
+  return (views[kind] = view);
+}
+
 function colour(geometry, field, [least, most]) {
   const values = unpack(field);
   const colours = new Float32Array(3 * values.length);
@@ -85,7 +100,8 @@ function select(label, names, onChange) {
 class Viewer {
   constructor(place, drapes, groups) {
     this.drapes = drapes;
-    this.groups = groups;
+    this.view = findView(drapes[0]);
+    this.groups = groups.filter((group) => findView(group[0]) === this.view); // those that are compared
     this.canvas = element("canvas", { tabIndex: 0 });
     this.canvas.setAttribute("role", "img");
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
@@ -97,11 +113,11 @@ class Viewer {
     this.scene.add(new AmbientLight("white", 1.5), sun);
     if (drapes[0].support_m) this.addSupport(drapes[0].support_m);
     this.build(place);
-    this.controls = new OrbitControls(camera, this.canvas);
-    this.controls.target.copy(view.at);
+    this.controls = new OrbitControls(this.view.camera, this.canvas);
+    this.controls.target.copy(this.view.at);
     this.controls.enablePan = false;
     this.controls.minDistance = 0.15;
-    this.controls.maxDistance = Math.max(1.5, 2 * view.from.distanceTo(view.at));
+    this.controls.maxDistance = Math.max(1.5, 2 * this.view.from.distanceTo(this.view.at));
     this.controls.addEventListener("change", renderAll);
     this.controls.update();
     this.show();
@@ -128,7 +144,7 @@ class Viewer {
     this.wire.addEventListener("change", again);
     const reset = element("button", { type: "button", textContent: "first view" });
     reset.addEventListener("click", () => {
-      camera.position.copy(view.from);
+      this.view.camera.position.copy(this.view.from);
       this.controls.update();
       renderAll();
     });
@@ -145,10 +161,11 @@ class Viewer {
     const step = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.02], ArrowDown: [0, -0.02] }[event.key];
     if (!step) return;
     event.preventDefault();
-    const { x, y } = camera.position;
-    camera.position.x = x * Math.cos(step[0]) - y * Math.sin(step[0]);
-    camera.position.y = x * Math.sin(step[0]) + y * Math.cos(step[0]);
-    camera.position.z += step[1];
+    const { position } = this.view.camera;
+    const { x, y } = position;
+    position.x = x * Math.cos(step[0]) - y * Math.sin(step[0]);
+    position.y = x * Math.sin(step[0]) + y * Math.cos(step[0]);
+    position.z += step[1];
     this.controls.update();
     renderAll();
   }
@@ -167,7 +184,8 @@ class Viewer {
     const edges = new LineSegments(new WireframeGeometry(geometry), new LineBasicMaterial({ color: "black", transparent: true, opacity: 0.35 }));
     edges.visible = this.wire.checked;
     this.shown = [cloth, edges];
-    if (drape.body) this.shown.push(new Mesh(makeGeometry(drape.body), new MeshLambertMaterial({ color: GREY })));
+    // Further back than the cloth, from which it is less than a millimetre away.
+    if (drape.body) this.shown.push(new Mesh(makeGeometry(drape.body), new MeshLambertMaterial({ color: GREY, polygonOffset: true, polygonOffsetFactor: 8, polygonOffsetUnits: 8 })));
     this.scene.add(...this.shown);
     this.canvas.setAttribute("aria-label", `The drape ${drape.name} in three dimensions, coloured by ${field.name}; arrow keys turn it`);
     const digits = Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(range[1] - range[0]))));
@@ -184,6 +202,7 @@ class Viewer {
   }
 
   render() {
+    const { camera } = this.view;
     camera.aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
     camera.updateProjectionMatrix();
     this.renderer.render(this.scene, camera);
@@ -200,19 +219,7 @@ class Viewer {
   }
 }
 
-function findView(drape) {
-  const geometry = makeGeometry(drape.body ?? drape);
-  geometry.computeBoundingSphere();
-  const { center, radius } = geometry.boundingSphere;
-  view.from.sub(view.at).setLength(3.2 * radius).add(center);
-  view.at.copy(center);
-}
-
 export function showDrapes(place, drapes, groups) {
-  if (viewers.length === 0) {
-    if (!drapes[0].support_m) findView(drapes[0]);
-    camera.position.copy(view.from);
-  }
   const viewer = new Viewer(place, drapes, groups);
   viewers.push(viewer);
   viewer.render();

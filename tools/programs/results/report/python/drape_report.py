@@ -4,10 +4,10 @@
 usage: drape_report.py OUT MAX_MB FOLDER...
 """
 
+import contextlib
 import os
 import signal
 import sys
-import tempfile
 import warnings
 
 EXIT_BAD_INPUT, EXIT_CANCELLED = 2, 130
@@ -64,25 +64,18 @@ def read_folders(paths):
 
 def write_atomically(path, content):
     """An earlier page stays until the new one is complete."""
+    new = os.path.join(os.path.dirname(path), f".drapefit_report_{os.getpid()}")
     try:
-        with tempfile.NamedTemporaryFile(dir=os.path.dirname(path) or ".", delete=False) as file:
-            try:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-                os.chmod(file.name, 0o666 & ~read_umask())
-                os.replace(file.name, path)
-            except BaseException:
-                os.unlink(file.name)
-                raise
+        with open(new, "xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(new, path)
     except OSError as error:
         refuse(f"{path}: cannot be written: {error.strerror}")
-
-
-def read_umask():
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(new)
 
 
 def main(out, max_mb, *paths):

@@ -166,7 +166,7 @@ def add_outlines(folders, page):
 # Drapes to turn
 
 def read_surface(path):
-    """Positions x [m] and triangles of an OBJ file, its material coordinates and theirs, if any."""
+    """Positions [m], triangles and material coordinates [m], or else x and y, of an OBJ file."""
     lines = {"v": [], "vt": [], "f": []}
     for line in read_text(path).splitlines():
         kind, *words = line.split() or [""]
