@@ -7,7 +7,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/math/statistics.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/job/fit_run.h"
+#include "solver/job/fit_job.h"
 
 namespace drape {
 

@@ -2,20 +2,278 @@
 #include "solver/job/fit_job.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 #include <utility>
 
+#include "physics/cloth/assembly/step_solver.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/nested_fit.h"
-#include "solver/fit/protocol/staged_fit.h"
-#include "solver/job/fit_run.h"
+#include "solver/posterior/posterior_fit.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 namespace {
+
+// Settings of the fit of laboratory measurements alone. It takes seconds and runs to its end.
+constexpr int kLabIterations = 100;
+constexpr double kLabTolerance = 1e-5;
+constexpr double kLabDamping = 1e-2;    // at first: strips do not leave a branch
+constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 1 %
+// Shares of the time, for the progress line: of all before the drapes of the result, and of the one
+// table in that of other models.
+constexpr double kFitShare = 0.9, kTableShare = 0.4;
+
+// Fits laboratory measurements alone: few parameters first, since far from the solution single
+// entries are changed into tables that no strip resists. First scales about the start tables; the
+// prior of what follows is about the tables so scaled, as after the initial guesses of a
+// silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
+// not.
+FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
+                          const FitOptions& options, StripResiduals& strips, MaterialField* fitted,
+                          std::string* note) {
+  FitSummary best;
+  MaterialField base = start;
+  Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
+  double seconds = 0.0;
+  const std::vector<ParameterTying> stages =
+      FreesStretch(last)
+          ? std::vector{ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries}
+          : std::vector{ParameterTying::kBendScale, ParameterTying::kBendRows};
+  for (const ParameterTying tying : stages) {
+    const TableParametrisation parametrisation(base, tying);
+    const Eigen::MatrixXd& tie = parametrisation.tie();
+    const Eigen::VectorXd theta = MeanLogFactors(tie, log_factors);
+    FitSummary summary = FitStrips(strips, parametrisation, theta, options);
+    seconds += summary.seconds;
+    if (summary.termination == FitTermination::kFailed) {
+      *note = "the strips of the laboratory measurements cannot be computed with " +
+              std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
+      break;
+    }
+    best = std::move(summary);
+    *fitted = parametrisation.Material(best.theta);
+    if (best.termination == FitTermination::kCancelled || tying == last) break;
+    if (tying == stages[0]) {
+      base = *fitted;
+    } else {
+      log_factors = tie * best.theta;
+    }
+  }
+  best.seconds = seconds;
+  return best;
+}
+
+// The fit of the laboratory measurements alone, where there are some. Its tables become the
+// problem's, and the initial guesses do not scale what has been measured.
+std::optional<FitSummary> FitLab(StagedFitOptions& stages, FitInput& input,
+                                 const RunControl& control) {
+  if (!input.strips) return std::nullopt;
+  FitOptions options;
+  options.prior_sigma = stages.prior_sigma;
+  options.trust_region.max_iterations = kLabIterations;
+  options.trust_region.cost_tolerance = kLabTolerance;
+  options.trust_region.initial_damping = kLabDamping;
+  options.trust_region.least_scale = kLabLeastScale;
+  options.trust_region.cancel = control.cancel;
+  options.trust_region.progress = [&](const FitIteration& iteration) {
+    control.Report(double(iteration.iteration) / kLabIterations, "laboratory measurements");
+  };
+  const MaterialField start = input.problem.material;
+  std::string note;
+  FitSummary fit = FitLabInStages(start, stages.parameters, options, *input.strips,
+                                  &input.problem.material, &note);
+  if (!note.empty()) input.notes.push_back(note);
+  if (fit.termination == FitTermination::kFailed) return fit;
+  input.problem.strips = input.strips.get();
+  for (const LabMeasurement& measurement : input.strips->measurements())
+    (measurement.kind == LabMeasurementKind::kTensile ? stages.grid.stretch
+                                                      : stages.grid.bend) = {1.0};
+  return fit;
+}
+
+// Notes the readings that the tables do not explain.
+void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::string>* notes) {
+  constexpr double kFar = 3.0;  // sigma
+  for (const StripReport& report : reports) {
+    const LabMeasurement& measurement = report.measurement;
+    for (std::size_t i = 0; i < report.computed.size(); ++i) {
+      const double misfit =
+          (report.computed[i] - measurement.points[i].reading) / measurement.sigma;
+      if (std::abs(misfit) <= kFar) continue;
+      notes->push_back("laboratory measurement " + measurement.name +
+                       Format(": the computed reading at %g is off by %g sigma",
+                              measurement.points[i].set, misfit));
+    }
+  }
+}
+
+void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput::Cloth& cloth,
+                  const FitCandidate& best, const std::atomic<bool>* cancel, FitReport& report) {
+  StepSolver solver(cloth.model);
+  DrapeReportOptions options;
+  options.replay = MakeSettleOptions(spec.stages);
+  options.cancel = cancel;
+  report.drapes.resize(problem.observations.size());
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    options.lift = best.guess.lifts[i];
+    const MaterialField& material =
+        report.posterior ? report.posterior->materials[i] : report.material;
+    if (!ReportDrape(*problem.fine, solver, material, problem.observations[i],
+                     FittedShapes(report, best)[i], options, &report.drapes[i]))
+      report.notes.push_back(problem.observations[i].name +
+                             ": the fitted or the settled drape has no outline");
+  }
+}
+
+// As laboratories report the fitted cloth.
+LaboratorySheet MakeSheet(const FitSpec& spec, const FitReport& report, const Judgement& judge) {
+  return MakeFabricSheet({.tables = MeanTables(report.material),
+                          .law = MakeLaw(spec.law),
+                          .weights = report.stiffness_weights,
+                          .density_is_given = report.density_is_given},
+                         judge);
+}
+
+// How well the stiffness of the fitted cloth is known: by the Laplace approximation at its one
+// table, with the outlines' residuals weighted as those of a posterior: by their own σ, and as many
+// as are independent; the laboratory's quantities by the posterior of model bayes.
+void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
+                             const FitCandidate& best, const Eigen::MatrixXd& jacobian,
+                             FitReport& report) {
+  const OutlineResidualOptions& residuals = spec.stages.residuals;
+  const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
+  const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
+  const MaterialField table = FittedMaterial(spec.stages, best);
+  const Eigen::MatrixXd tie = TyingMatrix(spec.stages.parameters);
+  const WeightedRows rows = {
+      .jacobian = jacobian,
+      .outline_rows = std::min<Eigen::Index>(jacobian.rows(),
+                                             problem.observations.size() * spec.observation.angles),
+      .outline_weight = sigma_ratio * sigma_ratio * independent};
+  StiffnessEstimates estimates =
+      EstimateStiffness(table, report.stiffness_weights, tie, rows, spec.stages.prior_sigma);
+  const MaterialField mean = MeanTables(report.material);
+  estimates.stretch.value = EffectiveStretch(mean, report.stiffness_weights);
+  estimates.bend.value = EffectiveBend(mean, report.stiffness_weights);
+  report.stiffness = estimates;
+  const bool sampled = report.posterior && report.posterior->kind == PosteriorKind::kHierarchy;
+  report.fabric_sheet = MakeSheet(
+      spec, report,
+      sampled ? JudgeByPosterior(MakeStoredPosterior(*report.posterior),
+                                 estimates.stretch.determined, estimates.bend.model_deviation)
+              : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
+}
+
+// That fit ends with the last of its stages that succeeds.
+void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
+  const FitSummary& fit = *report.lab_fit;
+  const auto* const tying =
+      std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
+                   [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
+  const Eigen::MatrixXd tie = TyingMatrix(*tying);
+  const WeightedRows rows = {.jacobian = fit.jacobian};
+  const double sigma = spec.stages.prior_sigma;
+  report.stiffness = EstimateStiffness(report.material, EqualStiffnessWeights(), tie, rows, sigma);
+  report.fabric_sheet = MakeSheet(spec, report, JudgeByLaplace(report.material, tie, rows, sigma));
+}
+
+// Without a candidate: the fit of the laboratory measurements.
+void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
+  if (!problem.observations.empty()) report.notes.push_back("no candidate could be fitted");
+  if (problem.strips == nullptr) return;
+  report.material = problem.material;
+  report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
+  EstimateLabStiffness(spec, report);
+  report.strips = ReportStrips(*problem.strips, report.material);
+  NoteMisfits(report.strips, &report.notes);
+}
+
+// Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
+// problem: of the last part.
+void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& problem,
+                const StagedFitState& state, const RunControl& control, FitReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  report.notes = input.notes;
+  report.density_is_given = input.density_is_given;
+  report.ground_truth = input.ground_truth.get();
+  const FitCandidate* best = Best(state);
+  if (best == nullptr) return ReportLab(spec, problem, report);
+  report.material = report.fields      ? report.fields->material
+                    : report.posterior ? report.posterior->Fabric()
+                                       : FittedMaterial(spec.stages, *best);
+  if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
+  NoteMisfits(report.strips, &report.notes);
+  const Eigen::MatrixXd jacobian =
+      control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
+  if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
+  report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
+  EstimateFittedStiffness(spec, problem, *best, jacobian, report);
+  report.mesh_error = EstimateMeshError(input.problem, spec.stages, state);
+  if (problem.fine != input.problem.fine && !control.cancelled())
+    report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
+                                  problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
+  ReportDrapes(spec, problem, FindFittedCloth(input, state), *best, control.cancel, report);
+  report.report_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The fields of kHeterogeneous, if they could be fitted.
+std::optional<FieldFit> FitJobFields(const FitSpec& spec, const FitProblem& problem,
+                                     const StagedFitState& state, const RunControl& control) {
+  const FitCandidate* best = Best(state);
+  if (spec.model != FitModel::kHeterogeneous || best == nullptr || control.cancelled())
+    return std::nullopt;
+  FieldFit fit = FitFields(problem, spec.stages, spec.fields, *best, control);
+  control.Log(Format("fields: %d parameters, cost %g -> %g, %s, %d branch jumps, %d failed",
+                     static_cast<int>(fit.summary.theta.size()), fit.summary.initial_cost,
+                     fit.summary.final_cost, ToString(fit.summary.termination),
+                     fit.summary.counts.jumps, fit.summary.counts.failed));
+  if (!fit.valid()) return std::nullopt;
+  return fit;
+}
+
+// The posterior of kBayes and kBdp, if it could be fitted.
+std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProblem& problem,
+                                            const StagedFitState& state,
+                                            const std::shared_ptr<const FabricPrior>& prior,
+                                            const RunControl& control) {
+  const FitCandidate* best = Best(state);
+  if (!HasPosterior(spec.model) || best == nullptr || control.cancelled()) return std::nullopt;
+  PosteriorOptions options = spec.posterior;
+  options.prior = prior;
+  options.kind =
+      spec.model == FitModel::kBdp ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
+  PosteriorFit fit = FitDrapePosterior(problem, spec.stages, options, *best, control);
+  control.Log(Format(
+      "posterior: mode %s after %d iterations, sigma %g px; distribution %s after %d, bound %g, k "
+      "%g, %d failed drapes",
+      ToString(fit.mode.termination), fit.mode.iterations, fit.sigma_px,
+      ToString(fit.distribution.termination), fit.distribution.iterations, fit.elbo, fit.pareto_k,
+      fit.counts.failed));
+  if (!fit.valid()) return std::nullopt;
+  return fit;
+}
+
+// Reports to another control as the part [from, to] of its work, and logs to the store alone.
+RunControl SummaryPart(const RunControl& whole, double from, double to, const FitStore& store) {
+  RunControl part;
+  part.cancel = whole.cancel;
+  part.progress = [&whole, from, to](double fraction, const std::string& note) {
+    whole.Report(from + (to - from) * fraction, note);
+  };
+  part.log = store.log;
+  return part;
+}
 
 namespace fs = std::filesystem;
 
@@ -65,6 +323,50 @@ void LogInput(const FitData& data, const FitInput& input, const std::string& res
 }
 
 }  // namespace
+
+const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
+                                                 const FitCandidate& best) {
+  if (report.fields) return report.fields->shapes;
+  return report.posterior ? report.posterior->shapes : best.shapes;
+}
+
+StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& store,
+                       const RunControl& control) {
+  StoredFit fit;
+  FitReport& report = fit.report;
+  StagedFitOptions stages = spec.stages;
+  report.lab_fit = FitLab(stages, input, control);
+  const bool ready = !report.lab_fit || (input.problem.strips != nullptr &&
+                                         report.lab_fit->termination != FitTermination::kCancelled);
+  if (store.begin) fit.state = store.begin(input, stages, ready);
+  const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;
+  if (ready && !input.problem.observations.empty()) {
+    StagedFitControl of_table{SummaryPart(control, 0.0, table_share, store)};
+    of_table.save = store.save;
+    fit.state = RunNestedFit(input.problem, stages, std::move(fit.state), of_table);
+  }
+  const RunControl of_rest = SummaryPart(control, table_share, kFitShare, store);
+  const FitProblem problem = PartProblem(input.problem, fit.state.parts_done);
+  report.fields = FitJobFields(spec, problem, fit.state, of_rest);
+  report.posterior = FitJobPosterior(spec, problem, fit.state, input.prior, of_rest);
+  control.Report(kFitShare, "drapes of the result");
+  FillReport(spec, input, problem, fit.state, control, report);
+  if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&
+      report.fitted())
+    report.notes.push_back(std::string("model ") + ToString(spec.model) +
+                           " could not be fitted: this is its one table");
+  report.cancelled = control.cancelled();
+  report.verdict = JudgeFit(problem, report);
+  return fit;
+}
+
+const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitState& state) {
+  const FitProblem part = PartProblem(input.problem, state.parts_done);
+  const auto found = std::find_if(input.search.begin(), input.search.end(), [&](const auto& cloth) {
+    return cloth.backend.get() == part.fine;
+  });
+  return found == input.search.end() ? input.fine : *found;
+}
 
 // Members of a file by the names of the members of the struct.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InitialGuess, table, stretch, bend, lifts, profile_rms)

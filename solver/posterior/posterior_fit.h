@@ -11,7 +11,6 @@
 #include "physics/util/run_control.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/posterior/hierarchical_samples.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/posterior/variational_fit.h"
 

@@ -12,10 +12,13 @@
 #include "losses/dataset/trivial_predictors.h"
 #include "losses/metrics/metrics.h"
 #include "physics/cloth/state.h"
+#include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
+#include "physics/mesh/mesh.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/options/field.h"
 #include "solver/forward/settle.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 
@@ -144,5 +147,93 @@ DistributionScorer::Drapes ObservedDrapes(const std::vector<PredictedDrape>& dra
 std::optional<DistributionScore> ScorePrediction(const std::vector<PredictedDrape>& drapes,
                                                  const std::vector<ObservedCapture>& held_out,
                                                  const FeatureVector& scales = kFeatureScales);
+
+// A fabric as drapefit stores it.
+struct FabricSource {
+  std::string path;
+  std::string kind;   // "table", "field"; of a posterior "hierarchy", "bdp"
+  Material material;  // of a posterior the median
+  std::optional<StoredPosterior> posterior;
+};
+
+// Reads what ReadMaterial does, or a folder of drape_fit: its posterior where the last fit has one,
+// otherwise its material.json. mesh: the cloth of tables that vary over it; nullptr: such tables
+// are refused. Throws InputError.
+FabricSource ReadFabric(const std::string& path, const MaterialPolicy& policy = {},
+                        const Mesh* mesh = nullptr);
+
+// The materials of specimens 0, 1, 2, … of a fabric on a mesh, a function of (seed, specimen)
+// alone:
+//  - "table", "field": the same for all;
+//  - "hierarchy": one table, the fabric's log factors sampled from their mean and covariance, those
+//    of the specimen from their prior;
+//  - "bdp": the fabric's 39 fitted means and deviations, and for each face and hinge a sample of
+//  its
+//    own, exp(mean + deviation·ε).
+MaterialSource MakeSpecimens(const FabricSource& fabric, const Mesh& mesh, uint64_t seed);
+
+// Independent samples of what a fit knows of a fabric, or assumed of it.
+struct FabricSamples {
+  std::vector<std::string> names;     // of the log factors (StoredPosterior::NameFor), [P]
+  Eigen::MatrixXd log_factors;        // shape [P, S]
+  std::vector<MaterialField> tables;  // of the fabric, without its specimens' factors, [S]
+};
+
+// count ≥ 1 samples, which depend on the seed alone. CHECKs kind hierarchy: the deviations of kind
+// bdp are a scatter over the cloth, not an uncertainty.
+FabricSamples SamplePosterior(const StoredPosterior& posterior, int count, uint64_t seed);
+FabricSamples SamplePrior(const StoredPosterior& posterior, int count, uint64_t seed);
+// The fabric at log factors of the posterior, shape [P, S].
+FabricSamples SamplesAt(const StoredPosterior& posterior, Eigen::MatrixXd log_factors);
+
+// The tables of the fabric at the mean of the log factors, which is the median of every entry.
+MaterialField MedianTables(const StoredPosterior& posterior);
+
+// A fit to outlines finds the stiffness at which the observed drapes are equilibria. Drapes
+// simulated from random starts also settle on other branches, and stiffness trades off against the
+// branch, so in the mean they may hang higher or lower than the observed ones; and the two faces of
+// a fabric can differ more than its samples. For each face a factor b on all bend entries matches
+// the distribution of simulated drapes to the observed ones: the minimum over ln b of
+//   n · S(b) + ln²b / (2σ²),
+// S the mean energy score of drape coefficient and fold count, the two numbers that laboratories
+// report of a Cusick test, in units of kFeatureScales, against the n drapes of the training set.
+// The energy score is proper, so this is a minimum scoring rule estimate [Dawid 2016] with a
+// log-normal prior about the fit. The band energies are left out: real folds are more regular than
+// those of random starts, no factor corrects that, and the attempt costs accuracy of the drape
+// coefficient (tests/bench/PREDICTIONS.md). A second factor, on stretch, does not improve
+// predictions (tests/bench/COMPARISON.md).
+//
+// Drapes of one random seed change branch as the factor does, so the objective has no useful
+// derivative: compass search [Kolda 2003] on a lattice of factors 2^(i/4), all trials with the same
+// random starts. Trials with another random seed move the result by one or two lattice steps.
+struct CalibrationOptions {
+  double sigma = 1.0;  // of ln b, > 0
+  int specimens = 16;  // of each trial, ≥ 2
+};
+
+struct BendTrial {
+  ClothFace face = ClothFace::kUnknown;  // that lies up; kUnknown: all faces of the prediction
+  double factor = 1.0;
+  int at_rest = 0;         // of its drapes
+  double objective = 0.0;  // infinite: a face has fewer than two drapes at rest
+};
+
+struct BendCalibration {
+  bool cancelled = false;  // then the factors are the best so far
+  // A face without a training drape has the factor of the other.
+  BendFactors factors;
+  int drapes = 0;                 // of all trials
+  std::vector<BendTrial> trials;  // face by face, in their order; the first of each is no change
+};
+
+// `prediction`: how drapes are simulated; its factors and count of specimens are replaced, its seed
+// gives the trials' streams. `training`: at least one drape of the prediction's faces; if the face
+// of one is not known, all have the same factor. progress: trials done. The result does not depend
+// on the number of threads.
+BendCalibration CalibrateBend(Backend& backend, const MaterialSource& materials,
+                              const PredictionOptions& prediction,
+                              const std::vector<ObservedCapture>& training,
+                              const CalibrationOptions& options,
+                              const std::function<void(int trials)>& progress = {});
 
 }  // namespace drape

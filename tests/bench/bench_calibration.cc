@@ -21,7 +21,7 @@
 #include "physics/util/math/random.h"
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/forward/settle.h"
-#include "solver/posterior/hierarchical_samples.h"
+#include "solver/posterior/variational_fit.h"
 #include "tests/bench/fabrics.h"
 #include "tests/solver/solver_fixture.h"
 

@@ -14,7 +14,7 @@
 
 #include "losses/metrics/metrics.h"
 #include "physics/util/math/random.h"
-#include "solver/prediction/generative/specimen_posterior.h"
+#include "solver/prediction/generative/generative_prediction.h"
 
 DEFINE_string(pool, "", "file of a pool of simulated drapes (drape_predict --learn)");
 DEFINE_int32(fabrics, 60, "number of fabrics");

@@ -9,7 +9,7 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/state.h"
-#include "solver/prediction/fabric_source.h"
+#include "solver/prediction/prediction.h"
 
 namespace drape {
 

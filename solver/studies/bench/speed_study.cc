@@ -11,7 +11,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/build.h"
-#include "solver/studies/bench/cases/run_times.h"
+#include "solver/studies/bench/bench_drape.h"
 
 namespace drape {
 namespace {

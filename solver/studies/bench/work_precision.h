@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "solver/studies/bench/cases/bench_drape.h"
+#include "solver/studies/bench/bench_drape.h"
 
 namespace drape {
 

@@ -18,8 +18,7 @@
 #include "physics/util/json_input.h"
 #include "solver/job/fit_input.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/prediction/bend_calibration.h"
-#include "solver/prediction/fabric_source.h"
+#include "solver/prediction/prediction.h"
 
 namespace drape {
 namespace {

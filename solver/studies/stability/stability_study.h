@@ -14,7 +14,6 @@
 #include "physics/cloth/state.h"
 #include "solver/studies/runner/study.h"
 #include "solver/studies/stability/stability_case.h"
-#include "solver/studies/stability/stability_methods.h"
 
 namespace drape {
 

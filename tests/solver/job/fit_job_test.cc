@@ -21,7 +21,7 @@
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/prediction/fabric_source.h"
+#include "solver/prediction/prediction.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/job/fit_job_fixture.h"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Factors on bend by which falling drapes look like those seen.
-#include "solver/prediction/bend_calibration.h"
-
 #include <gmock/gmock.h>
 
 #include <atomic>
 #include <cmath>
 
+#include "solver/prediction/prediction.h"
 #include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Materials of unseen specimens from the files of a fit.
-#include "solver/prediction/fabric_source.h"
-
 #include <gmock/gmock.h>
 
 #include <Eigen/Cholesky>
@@ -15,6 +13,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/parametrisation.h"
+#include "solver/prediction/prediction.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"

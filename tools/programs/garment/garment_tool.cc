@@ -7,7 +7,7 @@
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/prediction/fabric_source.h"
+#include "solver/prediction/prediction.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"

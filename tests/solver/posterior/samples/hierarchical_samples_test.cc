@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples of the hierarchy against the fits of one material that they are made of.
-#include "solver/posterior/hierarchical_samples.h"
-
 #include <gtest/gtest.h>
 
+#include "solver/posterior/variational_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

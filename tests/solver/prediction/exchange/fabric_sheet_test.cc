@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/exchange/fabric_sheet.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -8,7 +6,8 @@
 
 #include "physics/material/material_scaling.h"
 #include "solver/fit/effective_stiffness.h"
-#include "solver/prediction/exchange/linear_fabric.h"
+#include "solver/job/fit_verdict.h"
+#include "solver/prediction/exchange/exchange_record.h"
 
 namespace drape {
 namespace {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/exchange/linear_fabric.h"
-
 #include <gtest/gtest.h>
 
+#include "solver/prediction/exchange/exchange_record.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 #include "tests/solver/prediction/exchange/twill.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "solver/prediction/exchange/linear_fabric.h"
+#include "solver/prediction/exchange/exchange_record.h"
 
 namespace drape::test {
 

@@ -11,7 +11,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
-#include "solver/prediction/garment/body/mannequin.h"
+#include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 #include "tests/physics/file_fixture.h"
 

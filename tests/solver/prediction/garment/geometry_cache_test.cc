@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/geometry_cache.h"
-
 #include <gmock/gmock.h>
 
 #include <cstring>
 #include <filesystem>
 
+#include "solver/prediction/garment/wear_job.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/prediction/garment/read_cache.h"
 

@@ -10,7 +10,7 @@
 
 #include "physics/simulation/textbook.h"
 #include "physics/util/math/random.h"
-#include "solver/prediction/garment/body/mannequin.h"
+#include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 
 namespace drape {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What one drape says of its specimen, by the drapes of a pool that are like it.
-#include "solver/prediction/generative/specimen_posterior.h"
-
 #include <gmock/gmock.h>
 
 #include <array>
@@ -10,6 +8,7 @@
 
 #include "losses/metrics/metrics.h"
 #include "physics/util/errors.h"
+#include "solver/prediction/generative/generative_prediction.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
 
 namespace drape::test {

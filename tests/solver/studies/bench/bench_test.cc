@@ -11,7 +11,7 @@
 #include "physics/simulation/backend.h"
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
-#include "solver/studies/bench/cases/bench_plan.h"
+#include "solver/studies/bench/bench_drape.h"
 #include "solver/studies/bench/work_precision.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"

@@ -8,7 +8,7 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/stiffness.h"
-#include "solver/studies/stability/stability_methods.h"
+#include "solver/studies/stability/stability_case.h"
 #include "solver/studies/stability/stability_study.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"

@@ -8,7 +8,7 @@
 #include "losses/camera/camera.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/util/run_control.h"
-#include "solver/prediction/exchange/posterior_table.h"
+#include "solver/prediction/exchange/exchange_record.h"
 #include "solver/prediction/exchange/targets/export_material.h"
 #include "tools/cli/option_table.h"
 

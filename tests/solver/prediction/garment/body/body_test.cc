@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "physics/mesh/obj_io.h"
-#include "solver/prediction/garment/body/mannequin.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/body/mannequin.h"
-
 #include <gmock/gmock.h>
 
 #include <map>
@@ -9,6 +7,7 @@
 
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
+#include "solver/prediction/garment/body/body.h"
 
 namespace drape {
 namespace {
