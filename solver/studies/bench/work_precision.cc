@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMetreInMillimetres = 1e3;  // a metre
+constexpr double kMillimetres = 1e3;  // a metre
 
 double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
@@ -58,7 +58,7 @@ double CircleRadius(double area) { return std::sqrt(area / std::numbers::pi); }
 bool IsOnBranch(const Eigen::VectorXd& reference, const Eigen::VectorXd& outline,
                 double branch_mm) {
   const double apart = MatchOutlines(reference, outline, OutlineFreedom::kRotation).rms;
-  return kMetreInMillimetres * apart <= branch_mm && CountFolds(reference) == CountFolds(outline);
+  return kMillimetres * apart <= branch_mm && CountFolds(reference) == CountFolds(outline);
 }
 
 double RelativeError(const auto& found, const auto& reference) {
@@ -151,9 +151,9 @@ json MeasureErrors(const BenchReference& reference, const Mesh& mesh, const Benc
   if (drape.outline.size() > 0) {
     const double area = ProfileArea(drape.outline), limit = reference.area();
     const double dc = DrapeCoefficient(area, DrapeDiscs());
-    errors = {{"vertex_mm", kMetreInMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv))},
-              {"outline_mm", kMetreInMillimetres * Rms(drape.outline, reference.outline())},
-              {"radius_mm", kMetreInMillimetres * std::abs(CircleRadius(area) - CircleRadius(limit))},
+    errors = {{"vertex_mm", kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv))},
+              {"outline_mm", kMillimetres * Rms(drape.outline, reference.outline())},
+              {"radius_mm", kMillimetres * std::abs(CircleRadius(area) - CircleRadius(limit))},
               {"dc", dc},
               {"dc_error", std::abs(dc - DrapeCoefficient(limit, DrapeDiscs()))},
               {"folds", CountFolds(drape.outline)}};
@@ -189,7 +189,7 @@ json RunBenchSetting(BenchWork work, const BenchSetting& setting, const BenchPro
   result["reference_errors"] = MeasureErrors(reference, reference.fine_mesh, reference.fine, work);
   const RestMeasure rest = solver.MeasureRest(drape.x);
   result["force_residual"] = rest.residual;
-  result["drift_mm"] = kMetreInMillimetres * rest.drift;
+  result["drift_mm"] = kMillimetres * rest.drift;
   if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm)) {
     result["status"] = "other branch";
   } else if (!rest.IsAtRest()) {
