@@ -13,7 +13,7 @@
 #include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/statics/statics_kernels.h"
 #include "physics/linalg/linear_solver.h"
-#include "physics/simulation/statics/newton_control.h"
+#include "physics/simulation/statics/statics.h"
 #include "physics/simulation/statics/stiffness.h"
 
 namespace drape {

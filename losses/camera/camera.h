@@ -11,7 +11,6 @@
 
 #include "losses/image/image.h"
 #include "physics/mesh/disc.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 
 namespace drape {

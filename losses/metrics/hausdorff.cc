@@ -131,11 +131,6 @@ Surface ToSurface(const ObjSurface& soup, const std::string& where) {
   return surface;
 }
 
-ObjSurface SurfaceAt(const Mesh& mesh, const Eigen::VectorXd& x) {
-  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
-  return {x, ListTriangles(mesh)};
-}
-
 }  // namespace
 
 double HausdorffOfPolygons(const Matrix2Xd& a, const Matrix2Xd& b, double tolerance) {
@@ -151,11 +146,6 @@ double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::
                            double tolerance) {
   return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
       CGAL::Sequential_tag>(ToSurface(a, where), ToSurface(b, where), tolerance);
-}
-
-double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const Mesh& mesh_b,
-                         const Eigen::VectorXd& x_b, const std::string& where, double tolerance) {
-  return HausdorffOfSurfaces(SurfaceAt(mesh_a, x_a), SurfaceAt(mesh_b, x_b), where, tolerance);
 }
 
 }  // namespace drape

@@ -14,7 +14,7 @@
 #include "physics/linalg/blocks/block_matrix.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/mesh.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 

@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "losses/photo/photo_options.h"
+#include "losses/photo/photo.h"
 #include "losses/photo/photo_planes.h"
 
-// Internal to losses/photo: which pixels show the cloth.
+// Internal to losses/photo: which pixels show the cloth (cloth_mask.cc), and where it ends, to a
+// part of a pixel (refined_cloth.cc).
+
 namespace drape {
 
 // The cloth without holes, 1 = cloth. The ground's colour is a quadratic function of the place,
@@ -25,5 +27,20 @@ struct RoughCloth {
   std::vector<std::string> warnings;  // on what was cut
 };
 RoughCloth FindCloth(const PhotoPlanes& planes, const PhotoOptions& options);
+
+// The cloth with its outline between the colours on either side of it: each pixel near the outline
+// is compared with the mean colours of cloth and ground in its neighbourhood, and the outline
+// moves until that changes nothing. `disc_coverage`: that by the disc, which is not cloth, though
+// inside it. Throws PhotoFailure where cloth and ground are too alike.
+struct RefinedCloth {
+  cv::Mat1b mask;
+  cv::Mat1f coverage;     // 0 … 1
+  double contrast = 0.0;  // median along the outline [Lab units]
+  double weak = 0.0;      // share of the outline with little contrast
+  double at_disc = 0.0;   // share of the outline so near to the rim of the disc that both are mixed
+  double blur = 0.0;      // standard deviation of the edge [px]
+};
+RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
+                         const cv::Mat1f& disc_coverage);
 
 }  // namespace drape

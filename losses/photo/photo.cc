@@ -16,10 +16,9 @@
 #include "losses/image/image.h"
 #include "losses/outline/outline.h"
 #include "losses/photo/camera_pose.h"
+#include "losses/photo/cloth_mask.h"
 #include "losses/photo/disc.h"
-#include "losses/photo/photo_options.h"
 #include "losses/photo/photo_planes.h"
-#include "losses/photo/refined_cloth.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 

@@ -7,9 +7,132 @@
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "losses/outline/outline.h"
-#include "losses/photo/photo_options.h"
+#include "physics/mesh/disc.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
+
+// Why a photograph is refused.
+enum class PhotoFault {
+  kNone,
+  kCroppedPhoto,
+  kNoFocalLength,
+  kDark,
+  kNoCloth,
+  kLowContrast,
+  kUnevenGround,
+  kCroppedCloth,
+  kTwoSpecimens,
+  kTooSmall,
+  kGlare,
+  kBlur,
+  kNoDisc,
+  kNoTag,
+  kTilted,
+  kTooClose,
+  kWrongSize,
+  kNotADrape
+};
+constexpr auto EnumNames(PhotoFault) {
+  return MakeNames<PhotoFault>({{PhotoFault::kNone, "none"},
+                                {PhotoFault::kCroppedPhoto, "cropped photograph"},
+                                {PhotoFault::kNoFocalLength, "no focal length"},
+                                {PhotoFault::kDark, "too dark"},
+                                {PhotoFault::kNoCloth, "no cloth"},
+                                {PhotoFault::kLowContrast, "low contrast"},
+                                {PhotoFault::kUnevenGround, "uneven ground"},
+                                {PhotoFault::kCroppedCloth, "cropped cloth"},
+                                {PhotoFault::kTwoSpecimens, "two specimens"},
+                                {PhotoFault::kTooSmall, "too small"},
+                                {PhotoFault::kGlare, "glare"},
+                                {PhotoFault::kBlur, "blur"},
+                                {PhotoFault::kNoDisc, "no disc"},
+                                {PhotoFault::kNoTag, "no tag"},
+                                {PhotoFault::kTilted, "tilted"},
+                                {PhotoFault::kTooClose, "too close"},
+                                {PhotoFault::kWrongSize, "wrong size"},
+                                {PhotoFault::kNotADrape, "not a drape"}});
+}
+
+// What in a photograph says where the camera was.
+enum class PhotoMarker {
+  kDisc,  // the rim of the round disc that lies on the cloth over the support
+  kTag,   // a printed AprilTag of family 36h11 that lies flat beside the cloth or on the disc
+  kNone   // nothing: a scan, or parallel light; px_per_m is the scale
+};
+constexpr auto EnumNames(PhotoMarker) {
+  return MakeNames<PhotoMarker>(
+      {{PhotoMarker::kDisc, "disc"}, {PhotoMarker::kTag, "tag"}, {PhotoMarker::kNone, "none"}});
+}
+
+struct PhotoOptions {
+  PhotoMarker marker = PhotoMarker::kDisc;
+  double specimen = 2 * DrapeDiscs().specimen;  // diameters [m]
+  double support = 2 * DrapeDiscs().support;    //
+  double disc = 0.0;                            // diameter of the disc [m]; 0: the support's
+  double disc_height = 0.0;                     // of its visible rim above the support plane [m]
+  double tag = 0.0;                             // side of the tag's black square [m]
+  double tag_height = 0.0;                      // of the tag's plane above the support plane [m]
+  double focal_35mm = 0.0;                      // [mm]; 0: EXIF
+  double px_per_m = 0.0;                        // of a scan [px/m]
+  double threshold = 0.0;                       // 0 … 1 between ground and cloth; 0: found
+  std::string mask;                             // picture of the cloth made by hand; empty: found
+  std::vector<int> cloth_points;                // columns and rows of points on the cloth [px]
+  std::vector<int> ground_points;               // and on the ground
+};
+
+inline DrapeDiscs MakeDiscs(const PhotoOptions& options) {
+  return {0.5 * options.specimen, 0.5 * options.support};
+}
+
+template <MutableOrConst<PhotoOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [marker, specimen, support, disc, disc_height, tag, tag_height, focal_35mm, px_per_m,
+         threshold, mask, cloth_points, ground_points] = options;
+  const auto length = [](const char* key, const char* doc, double least, double most) {
+    return Field{.key = key, .doc = doc, .unit = "m", .least = least, .most = most};
+  };
+  visit(marker,
+        Field{.key = "marker",
+              .doc = "what shows where the camera was: disc: the rim of the disc that lies on the "
+                     "cloth over the support; tag: a printed AprilTag (36h11); none: a scan or "
+                     "parallel light, of which px_per_m is the scale"});
+  visit(specimen, length("specimen", "diameter of the flat specimen", 0.01, 10));
+  visit(support, length("support", "diameter of the support", 0.005, 10));
+  visit(disc, length("disc", "diameter of the disc that is seen; 0: that of the support", 0, 10));
+  visit(disc_height, length("disc_height", "height of the disc's rim above the cloth", -1, 1));
+  visit(tag, length("tag", "side of the tag's black square", 0, 10));
+  visit(tag_height, length("tag_height", "height of the tag above the support", -10, 10));
+  visit(focal_35mm, Field{.key = "focal_35mm",
+                          .doc = "focal length of a 35-mm camera of the same view, 24 to 28 for "
+                                 "the main camera of a telephone; 0: that of the file's EXIF data",
+                          .unit = "mm",
+                          .least = 0,
+                          .most = 10000});
+  visit(px_per_m, Field{.key = "px_per_m",
+                        .doc = "marker = none: scale of the picture, 11811 for 300 dots an inch",
+                        .unit = "px/m",
+                        .least = 0,
+                        .most = 1e7});
+  visit(threshold, Field{.key = "threshold",
+                         .doc = "where the cloth begins, from 0 (as the ground) to 1 (as the most "
+                                "unlike pixels); 0: found",
+                         .least = 0,
+                         .most = 1});
+  visit(mask, Field{.key = "mask",
+                    .doc = "picture of the photograph's size made by hand, black where the cloth "
+                           "is; its edge is refined",
+                    .is_path = true});
+  visit(cloth_points, Field{.key = "cloth_points",
+                            .doc = "columns and rows of points on the cloth, c1,r1,c2,r2,…, where "
+                                   "it is not found without",
+                            .unit = "px",
+                            .least = 0});
+  visit(ground_points, Field{.key = "ground_points",
+                             .doc = "the same of points beside the cloth",
+                             .unit = "px",
+                             .least = 0});
+}
 
 // The silhouette of a photograph, and the camera that sees it.
 struct PhotoResult {

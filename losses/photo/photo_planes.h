@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "losses/image/image.h"
-#include "losses/photo/photo_options.h"
+#include "losses/photo/photo.h"
 
 // Internal to losses/photo: the picture that is worked on, and its light. A lens blurs light, not
 // the numbers that a file stores of it. A place where half of the light of either side falls is

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/refined_cloth.h"
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "losses/photo/cloth_mask.h"
 #include "losses/photo/photo_planes.h"
 #include "physics/util/text_format.h"
 

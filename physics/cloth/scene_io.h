@@ -4,7 +4,6 @@
 #include <string>
 
 #include "physics/cloth/scene.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 
 namespace drape {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 

@@ -11,7 +11,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
-#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/contact/vertex_contact.h"
 #include "physics/simulation/statics/statics.h"
 

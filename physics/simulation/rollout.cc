@@ -8,7 +8,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/step_solver.h"
-#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/surface_contact.h"
 
 namespace drape {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/outline_residuals.h"

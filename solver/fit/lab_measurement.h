@@ -9,7 +9,7 @@
 
 #include "physics/material/material.h"
 #include "physics/simulation/rollout.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/fit/parametrisation.h"
 
 namespace drape {

@@ -13,7 +13,6 @@
 #include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 
 namespace drape {

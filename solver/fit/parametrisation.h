@@ -8,7 +8,7 @@
 
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 

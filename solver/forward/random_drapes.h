@@ -14,7 +14,7 @@
 #include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "physics/util/run_control.h"
 
 namespace drape {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "physics/simulation/backend.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 

@@ -11,7 +11,6 @@
 #include "physics/cloth/scene_io.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/material/material_scaling.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/protocol/field_fit.h"

@@ -13,6 +13,8 @@
 #include "physics/material/material.h"
 #include "physics/util/options/enum_names.h"
 #include "solver/posterior/posterior_io.h"
+#include "physics/util/options/field.h"
+#include "solver/prediction/exchange/fabric_sheet.h"
 
 namespace drape {
 

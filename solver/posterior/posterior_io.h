@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "physics/material/material_io.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/fit/parametrisation.h"
 
 namespace drape {

@@ -9,7 +9,6 @@
 #include "losses/readout/readouts.h"
 #include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
-#include "physics/simulation/readout.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/forward/settle.h"
 

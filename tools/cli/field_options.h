@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"

@@ -5,8 +5,7 @@
 
 #include "physics/material/material.h"
 #include "physics/mesh/mesh.h"
-#include "physics/util/math/dual.h"
-#include "physics/util/math/vec3.h"
+#include "physics/util/math/host_device.h"
 
 namespace drape {
 

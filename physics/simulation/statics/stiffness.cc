@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "physics/linalg/linear_solver.h"
-#include "physics/simulation/statics/newton_control.h"
+#include "physics/simulation/statics/statics.h"
 #include "physics/util/math/random.h"
 
 namespace drape {

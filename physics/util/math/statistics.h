@@ -2,19 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
-#include <span>
 #include <vector>
 
 namespace drape {
-
-// y = factor·x^exponent by least squares of the logarithms.
-struct PowerLaw {
-  double exponent = 0.0;
-  double factor = 0.0;
-};
-// Empty for fewer than two distinct x. CHECKs that all are positive.
-std::optional<PowerLaw> FitPowerLaw(std::span<const double> x, std::span<const double> y);
 
 // The value at rank share·(n − 1), 0 ≤ share ≤ 1, of n ≥ 1 ascending values, linear between
 // neighbours; the values may be infinite.

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "physics/mesh/interpolation.h"
+#include "physics/mesh/mesh.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/protocol/initial_guess.h"
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "physics/mesh/disc.h"
-#include "physics/mesh/interpolation.h"
+#include "physics/mesh/mesh.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "physics/mesh/mesh.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/parametrisation.h"

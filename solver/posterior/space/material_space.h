@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/posterior/space/normal_mixture.h"
 

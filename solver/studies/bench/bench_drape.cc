@@ -15,7 +15,7 @@
 #include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"
 #include "physics/mesh/disc.h"
-#include "physics/mesh/interpolation.h"
+#include "physics/mesh/mesh.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"

@@ -8,7 +8,7 @@
 
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
-#include "physics/mesh/interpolation.h"
+#include "physics/mesh/mesh.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

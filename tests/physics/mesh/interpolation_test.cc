@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/mesh/interpolation.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "physics/mesh/disc.h"
+#include "physics/mesh/mesh.h"
 #include "physics/util/math/random.h"
 
 namespace drape {

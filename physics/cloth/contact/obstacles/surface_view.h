@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "physics/cloth/contact/pairs/contact_pair.h"
-#include "physics/util/math/vec3.h"
+#include "physics/util/math/host_device.h"
 
 namespace drape {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <tuple>
 
-#include "physics/util/math/vec3.h"
+#include "physics/util/math/host_device.h"
 
 namespace drape {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/prediction/exchange/exchange_record.h"
 
 namespace drape {

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
-#include "physics/cloth/contact/step_limit.h"
 #include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/self_intersection.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/mesh_spec.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decisions of Newton's method on artificial residuals and energies.
-#include "physics/simulation/statics/newton_control.h"
-
 #include <gmock/gmock.h>
 
 #include <limits>
+
+#include "physics/simulation/statics/statics.h"
 
 namespace drape {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "physics/mesh/disc.h"
-#include "physics/mesh/interpolation.h"
+#include "physics/mesh/mesh.h"
 #include "solver/fit/protocol/field_fit.h"
 
 namespace drape {
