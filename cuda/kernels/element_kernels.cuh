@@ -4,7 +4,7 @@
 // What the kernels over elements share.
 
 #include "cuda/kernels/cloth/cloth_view.h"
-#include "physics/material/laws/laws.h"
+#include "physics/material/laws/law.h"
 
 namespace drape {
 

@@ -10,6 +10,7 @@
 #include "physics/linalg/blocks/block_matrix.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
+#include "physics/material/material_io.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 
 namespace drape {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/material/laws/law.h"
+#include "physics/material/material_io.h"
 #include "physics/util/options/field.h"
 
 namespace drape {
