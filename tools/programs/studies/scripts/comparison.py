@@ -64,18 +64,18 @@ def deviation(values):
     return math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0
 
 
-def seed_means(runs, key):
-    """The mean over the fabrics for each seed, if all its runs have the number."""
-    by_seed = collections.defaultdict(list)
-    for run in runs:
-        by_seed[run["seed"]].append(run.get("numbers", {}).get(key))
-    return [mean(values) for _, values in sorted(by_seed.items()) if None not in values]
+def group_means(pairs):
+    """The mean of the values of each key, in the order of the keys, if all its values are there."""
+    groups = collections.defaultdict(list)
+    for key, value in pairs:
+        groups[key].append(value)
+    return [mean(values) for _, values in sorted(groups.items()) if None not in values]
 
 
 def make_row(runs, model):
     numbers = {}
     for key, _, _ in NUMBERS:
-        values = seed_means(runs, key)
+        values = group_means((run["seed"], run.get("numbers", {}).get(key)) for run in runs)
         if values:
             numbers[key] = {"mean": mean(values), "sd": deviation(values), "seeds": len(values)}
     failed = sum("failure" in run for run in runs)
@@ -84,12 +84,8 @@ def make_row(runs, model):
 
 def capture_scores(runs):
     """The mean score over the seeds for each held-out capture, in the order of the captures."""
-    scores = collections.defaultdict(list)
-    for run in runs:
-        for capture in run["captures"]:
-            place = (capture["fabric"], capture["sample"], capture["capture"])
-            scores[place].append(capture["feature_energy"])
-    return [mean(values) for _, values in sorted(scores.items())]
+    return group_means(((capture["fabric"], capture["sample"], capture["capture"]),
+                        capture["feature_energy"]) for run in runs for capture in run["captures"])
 
 
 def choose_simplest(models):
@@ -118,14 +114,10 @@ def choose_simplest(models):
 
 
 def make_table(runs, fabric, models, others):
-    rows, candidates = [], []
-    for model in models + others:
-        own = [run for run in runs if run["model"] == model]
-        if not own and model in others:
-            continue
-        rows.append(make_row(own, model))
-        if own and model in models and rows[-1]["failed"] == 0:
-            candidates.append((model, capture_scores(own)))
+    own = {model: [run for run in runs if run["model"] == model] for model in models + others}
+    rows = [make_row(own[model], model) for model in own if own[model] or model in models]
+    candidates = [(row["model"], capture_scores(own[row["model"]])) for row in rows
+                  if row["model"] in models and row["runs"] > row["failed"] == 0]
     return {"fabric": fabric, "rows": rows, "choice": choose_simplest(candidates)}
 
 
@@ -152,14 +144,10 @@ def posterior_rows(runs, models):
     return rows
 
 
-def csv_text(tables):
-    lines = ["fabric,model,number,mean,sd,seeds,runs,failed"]
-    for table in tables:
-        for row in table["rows"]:
-            for key, value in row["numbers"].items():
-                lines.append(f"{table['fabric']},{row['model']},{key},{value['mean']:.9g},"
-                             f"{value['sd']:.9g},{value['seeds']},{row['runs']},{row['failed']}")
-    return "\n".join(lines) + "\n"
+def csv_rows(tables):
+    return [[table["fabric"], row["model"], key, f"{value['mean']:.9g}", f"{value['sd']:.9g}",
+             value["seeds"], row["runs"], row["failed"]]
+            for table in tables for row in table["rows"] for key, value in row["numbers"].items()]
 
 
 def entry(row, key, unit):
@@ -185,13 +173,16 @@ def choice_text(choice):
             + ";".join(parts) + ".\n")
 
 
+def title_of(table):
+    return "All fabrics" if table["fabric"] == "all" else f"Fabric {table['fabric']}"
+
+
 def table_text(table):
     heads = [row["model"] + (f" ({row['failed']} of {row['runs']} failed)" if row["failed"] else "")
              for row in table["rows"]]
     lines = [[label] + [entry(row, key, unit) for row in table["rows"]]
              for key, label, unit in NUMBERS]
-    title = "All fabrics" if table["fabric"] == "all" else f"Fabric {table['fabric']}"
-    return (f"\n## {title}\n\n" + study.markdown([""] + heads, lines) + "\n"
+    return (f"\n## {title_of(table)}\n\n" + study.markdown([""] + heads, lines) + "\n"
             + choice_text(table["choice"]))
 
 
@@ -268,8 +259,7 @@ def draw_models(plot, table):
     panels[1].tick_params(axis="x", rotation=-45)
     panels[2].set(title="cost of the fit", xlabel="rollouts")
     study.scale(panels[2].xaxis, [point["rollouts"] for point in points])
-    title = "All fabrics" if table["fabric"] == "all" else f"Fabric {table['fabric']}"
-    figure.suptitle(f"{title}: the simplest model within one standard error of the best is red")
+    figure.suptitle(f"{title_of(table)}: the simplest model within one standard error of the best is red")
     return figure
 
 
@@ -310,7 +300,9 @@ def tabulate(study_folder):
         f"fabric {run['fabric']}, {run['model']}, seed {run['seed']}: {run['failure']}"
         for run in runs if "failure" in run]
     study_folder.write("comparison.json", json.dumps(comparison, indent=1) + "\n")
-    study_folder.write("comparison.csv", csv_text(comparison["tables"]))
+    study_folder.write_csv(
+        "comparison.csv", ["fabric", "model", "number", "mean", "sd", "seeds", "runs", "failed"],
+        csv_rows(comparison["tables"]))
     study_folder.write("comparison.md", text(comparison, meanings))
     print(text(comparison, meanings), end="")
     if study.pyplot is None:

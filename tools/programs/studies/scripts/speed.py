@@ -19,22 +19,23 @@ class Row:
         if first["input"]["batch"] > 1:
             self.machine += f", of {first['input']['batch']} at once"
 
-    def vertices(self):
-        return [of["forward"]["vertices"] for of in self.meshes.values()]
+    def each(self, part, key):
+        """A number of a part for each mesh."""
+        return [of[part][key] for of in self.meshes.values()]
 
     def forward(self):
-        return [of["forward"]["seconds"] for of in self.meshes.values()]
+        return self.each("forward", "seconds")
 
     def backward(self):
-        return [of["gradient"]["seconds"] - of["forward"]["seconds"] for of in self.meshes.values()]
+        return [both - forward for both, forward in zip(self.each("gradient", "seconds"), self.forward())]
 
     def megabytes(self, part):
-        return " ".join(f"{of[part]['peak_mb']:.0f}" for of in self.meshes.values())
+        return " ".join(f"{peak:.0f}" for peak in self.each(part, "peak_mb"))
 
 
 def part_table(title, published, key, rows, measured):
     """One of the two parts of a step, ours and that of others on meshes of as many vertices."""
-    vertices = rows[0].vertices()
+    vertices = rows[0].each("forward", "vertices")
     lines = []
     for row in published["rows"]:
         if key in row:

@@ -75,10 +75,8 @@ def draw_map(study, chart, cells):
             axes.bar(x, y, 1, low, align="edge", color=colour, label=outcome)
     line = theory_line(chart, cells)
     if line:
-        axes.plot(
-            [position(across, x) for x, _ in line], [position(up, y) for _, y in line],
-            "ko-", label="2/ω, theory",
-        )
+        axes.plot([position(across, x) for x, _ in line], [position(up, y) for _, y in line], "ko-",
+                  label="2/ω, theory")
     axes.set(title=title(study, chart["base"]))
     axes.set(xlabel=chart["across"]["label"], ylabel=chart["up"]["label"])
     for values, set_ticks, turn in ((across, axes.set_xticks, 45), (up, axes.set_yticks, 0)):
@@ -96,11 +94,8 @@ def limits(chart, cells):
     if "limits" not in chart:
         return []
     other = "up" if chart["across"]["axis"] == "time_step" else "across"
-    return [
-        (value, cells[name])
-        for value, name in zip(chart[other]["values"], chart["limits"])
-        if name in cells
-    ]
+    return [(value, cells[name]) for value, name in zip(chart[other]["values"], chart["limits"])
+            if name in cells]
 
 
 def theory_line(chart, cells):
@@ -151,7 +146,8 @@ def draw_overview(study, cells):
     study.save(figure, "overview")
 
 
-def count_row(name, found):
+def count_row(name, runs):
+    found = Counter(run["outcome"] for run in runs)
     return [name, *(found[outcome] for outcome in OUTCOMES)]
 
 
@@ -159,43 +155,31 @@ def milliseconds(seconds):
     return "-" if seconds is None else f"{1e3 * seconds:.4f}"
 
 
+def print_table(title, header, rows):
+    if rows:
+        print(f"\n{title}\n" + aligned(header, rows), end="")
+
+
 def draw(study):
     results = study.results()
     cells = {cell["name"]: cell for cell in results}
     runs = [cell for cell in results if cell["input"]["kind"] == "run"]
-    inputs = [key for key in study["usual"]]
     columns = ["outcome", "steps", "seconds", "residual", "speed_m_s", "distance_m"]
-    study.write_csv(
-        "runs.csv",
-        inputs + columns,
-        [[run["input"][key] for key in inputs] + [run[key] for key in columns] for run in runs],
-    )
-    rows = [
-        count_row(chart["name"], Counter(cells[n]["outcome"] for n in chart["runs"] if n in cells))
-        for chart in study["maps"]
-    ]
-    rows.append(count_row(f"all {len(runs)}", Counter(run["outcome"] for run in runs)))
+    study.write_csv("runs.csv", [*study["usual"], *columns], [
+        [run["input"][key] for key in study["usual"]] + [run[key] for key in columns] for run in runs])
+    rows = [count_row(chart["name"], [cells[name] for name in chart["runs"] if name in cells])
+            for chart in study["maps"]]
+    rows.append(count_row(f"all {len(runs)}", runs))
     print(aligned(["runs", *OUTCOMES], rows), end="")
-    rows = [
+    print_table("largest stable explicit step [ms]", ["map", "at", "theory", "measured"], [
         [chart["name"], number(value, 4), *(milliseconds(found[k]) for k in ("theory_s", "measured_s"))]
-        for chart in study["maps"]
-        for value, found in limits(chart, cells)
-    ]
-    if rows:
-        print("\nlargest stable explicit step [ms]")
-        print(aligned(["map", "at", "theory", "measured"], rows), end="")
-    rows = [
-        [
-            cell["input"]["method"], f"{cell['input']['time_step']:g}", cell["input"]["mode"],
-            number(cell["omega_1_s"], 5), f"{cell['theory']:.6f}", f"{cell['measured']:.6f}",
-        ]
+        for chart in study["maps"] for value, found in limits(chart, cells)])
+    print_table("factor of a vibration per step",
+                ["method", "h [s]", "mode", "omega [1/s]", "theory", "measured"], [
+        [cell["input"]["method"], f"{cell['input']['time_step']:g}", cell["input"]["mode"],
+         number(cell["omega_1_s"], 5), f"{cell['theory']:.6f}", f"{cell['measured']:.6f}"]
         for cell in results
-        if cell["input"]["kind"] == "damping" and cell["omega_1_s"] is not None
-    ]
-    if rows:
-        print("\nfactor of a vibration per step")
-        header = ["method", "h [s]", "mode", "omega [1/s]", "theory", "measured"]
-        print(aligned(header, rows), end="")
+        if cell["input"]["kind"] == "damping" and cell["omega_1_s"] is not None])
     if pyplot is None:
         return
     draw_overview(study, cells)

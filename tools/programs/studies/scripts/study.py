@@ -15,19 +15,11 @@ try:
     import matplotlib
 
     matplotlib.use("Agg")
-    matplotlib.rcParams.update(
-        {
-            "svg.hashsalt": "drapefit",  # the same file for the same numbers
-            "svg.fonttype": "none",
-            "font.size": 10,
-            "figure.dpi": 100,
-            "axes.grid": True,
-            "axes.axisbelow": True,
-            "grid.color": "#dddddd",
-            "legend.frameon": False,
-            "figure.constrained_layout.use": True,
-        }
-    )
+    matplotlib.rcParams.update({
+        "svg.hashsalt": "drapefit",  # the same file for the same numbers
+        "svg.fonttype": "none", "font.size": 10, "figure.dpi": 100, "axes.grid": True,
+        "axes.axisbelow": True, "grid.color": "#dddddd", "legend.frameon": False,
+        "figure.constrained_layout.use": True})
     import matplotlib.pyplot as pyplot
     import matplotlib.ticker
 except ImportError:
@@ -49,11 +41,8 @@ class Study:
 
     def results(self):
         """The results of the cells that have one, each with the cell's "name" and "input"."""
-        return [
-            {"name": cell["name"], "input": cell["input"], **cell["result"]}
-            for cell in self.json["cells"]
-            if cell["result"] is not None
-        ]
+        return [{"name": cell["name"], "input": cell["input"], **cell["result"]}
+                for cell in self.json["cells"] if cell["result"] is not None]
 
     def write(self, name, text):
         (self.folder / name).write_text(text, encoding="utf-8")
@@ -94,17 +83,12 @@ def name_points(axes, points, names):
 
     def place(name, point, offset):
         side = "left" if offset[0] > 0 else "right" if offset[0] < 0 else "center"
-        return axes.annotate(
-            name, point, offset, textcoords="offset points", ha=side, va="center", fontsize=9,
-            parse_math=False,
-        )
+        return axes.annotate(name, point, offset, textcoords="offset points", ha=side, va="center",
+                             fontsize=9, parse_math=False)
 
     def covered(box):
-        return sum(
-            max(0, min(box[2], other[2]) - max(box[0], other[0]))
-            * max(0, min(box[3], other[3]) - max(box[1], other[1]))
-            for other in taken
-        )
+        return sum(max(0, min(box[2], other[2]) - max(box[0], other[0]))
+                   * max(0, min(box[3], other[3]) - max(box[1], other[1])) for other in taken)
 
     offsets = [(x * i, y * i) for i in (1, 2, 3) for x, y in
                [(7, 7), (-7, 7), (7, -7), (-7, -7), (0, 12), (0, -12)]]
@@ -134,13 +118,8 @@ def aligned(header, rows):
     lines = [[str(cell) for cell in line] for line in [header, *rows]]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
     return "".join(
-        "  ".join(
-            cell.ljust(width) if i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths))
-        ).rstrip()
-        + "\n"
-        for line in lines
-    )
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() + "\n"
+        for line in lines)
 
 
 def markdown(header, rows):
