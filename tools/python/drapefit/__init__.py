@@ -10,13 +10,13 @@ NaN for its numbers.
 import collections
 import json
 import os
+import pathlib
 
 import numpy as np
 
 from . import _core
 from ._core import Camera, Fit, Material, Posterior, Silhouette, read_camera
 from .inference import inference_data
-from .results import read_folder
 
 FEATURES = tuple(_core.FEATURES)
 _NOT_GIVEN = float("nan")
@@ -46,6 +46,23 @@ def make_material(density, stretch, bend, name="material"):
 def read_material(path):
     """The Material of a file, or of FILE#NAME where it holds several."""
     return _core.read_material(str(path))
+
+
+def read_folder(path):
+    """What a program wrote: the content of each JSON file by its stem, such as summary; a table of
+    a material is a Material, and outlines are radii in m, [N, K]."""
+    results = {}
+    for file in sorted(pathlib.Path(path).glob("*.json")):
+        content = json.loads(file.read_text())
+        kind = content.get("format") if isinstance(content, dict) else None
+        if kind == "drapefit-material":
+            content = read_material(file)
+        elif kind == "drapefit-outlines":
+            content = np.array([drape["radius_m"] for drape in content["drapes"]])
+        results[file.stem] = content
+    if not results:
+        raise ValueError(f"{path}: found no JSON file, expected the results of a program")
+    return results
 
 
 class Mesh(_core.Mesh):

@@ -149,11 +149,9 @@ def megabytes_of(run):
 # Tables
 
 def write_runs(bench):
-    lines = [["work", *AXES, "status", *MEASURES]]
-    for run in bench.runs:
-        lines.append([bench.work, *(run.get(axis) for axis in AXES), run["status"],
-                      *(run.get(measure) for measure in MEASURES)])
-    bench.study.write_csv("runs.csv", ["# " + bench.made_on()], lines)
+    columns = [*AXES, "status", *MEASURES]
+    bench.study.write_csv("runs.csv", ["# " + bench.made_on()], [
+        ["work", *columns], *([bench.work, *map(run.get, columns)] for run in bench.runs)])
 
 
 def front_table(bench, error):

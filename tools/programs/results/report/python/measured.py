@@ -65,9 +65,8 @@ def measured(drapes):
                        ["file", *(name for _, name, _, _ in DRAPE_COLUMNS), "notes"])
     sheets = html.join(html.details(text(drape, "/file"), laboratory_sheet(drape["laboratory"]))
                        for drape in drapes[:most] if isinstance(drape.get("laboratory"), dict))
-    left = (html.paragraph(f"the first {most} of {len(drapes)} drapes", "missing")
-            if len(drapes) > most else "")
-    return table + sheets + left
+    left = html.paragraph(f"the first {most} of {len(drapes)} drapes", "missing")
+    return table + sheets + (left if len(drapes) > most else "")
 
 
 def compared(pair):
@@ -195,9 +194,7 @@ def shell_line(words):
 
 
 def command_text(command):
-    if not isinstance(command, list):
-        return value_text(command)
-    return shell_line([word if isinstance(word, str) else value_text(word) for word in command])
+    return shell_line(map(value_text, command)) if isinstance(command, list) else value_text(command)
 
 
 def joined(value, keys):

@@ -38,6 +38,7 @@ ENVIRONMENT = jinja2.Environment(
     undefined=jinja2.StrictUndefined)
 ENVIRONMENT.filters["bold"] = bold
 BLOCKS = ENVIRONMENT.get_template("blocks.html").module
+details, paragraph, join = BLOCKS.details, BLOCKS.paragraph, markupsafe.Markup().join
 
 
 # A cell of a table is its text and its kind: "", number, header, measured, prior.
@@ -82,18 +83,6 @@ def number_rows(value, rows):
 def more_rows(rows, what="rows in the file", most=MOST_ROWS):
     left = len(rows) - most
     return paragraph(f"and {left} more {what}", "missing") if left > 0 else markupsafe.Markup()
-
-
-def details(summary, content):
-    return BLOCKS.details(summary, content)
-
-
-def paragraph(value, look=""):
-    return BLOCKS.paragraph(value, look)
-
-
-def join(parts):
-    return markupsafe.Markup("").join(parts)
 
 
 def flat_rows(value, path=""):
