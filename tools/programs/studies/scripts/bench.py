@@ -4,6 +4,7 @@ codes."""
 
 import json
 import math
+import operator
 import statistics
 
 from study import MARKERS, main, markdown, number, pyplot
@@ -138,12 +139,7 @@ def exponent(runs, value):
                                         [math.log(value(run)) for run in runs]).slope
 
 
-def time_of(run):
-    return run.time
-
-
-def megabytes_of(run):
-    return run["peak_mb"]
+time_of, megabytes_of = operator.attrgetter("time"), operator.itemgetter("peak_mb")
 
 
 # Tables
