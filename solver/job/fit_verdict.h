@@ -11,10 +11,8 @@
 #include "losses/metrics/laboratory_drape.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
-#include "solver/posterior/posterior_io.h"
 #include "physics/util/options/field.h"
-#include "solver/prediction/exchange/fabric_sheet.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 

@@ -10,7 +10,7 @@
 
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/prediction/prediction.h"
 
 namespace drape {

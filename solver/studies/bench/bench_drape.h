@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "losses/readout/readouts.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/simulation/backend.h"
-#include "physics/simulation/readout.h"
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/forward/settle.h"
 
 namespace drape {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 
