@@ -95,11 +95,6 @@ def cloth_fields(folder, page):
                                                      "most"))
 
 
-def add_fields(folders, page):
-    page.add("fields", "Fields over the cloth",
-             page.side_by_side(folders, lambda folder: cloth_fields(folder, page)))
-
-
 # Posterior
 
 class Posterior:
@@ -209,10 +204,6 @@ def posterior(folder, page):
     return html.join(parts)
 
 
-def add_posteriors(folders, page):
-    page.add("posterior", "Posterior", page.side_by_side(folders, lambda folder: posterior(folder, page)))
-
-
 # Prediction
 
 FEATURES = [("dc", "drape coefficient [%]", 100), ("folds", "nodes", 1),
@@ -282,11 +273,6 @@ def prediction(folder, page):
     return html.join(parts)
 
 
-def add_predictions(folders, page):
-    page.add("prediction", "Prediction",
-             page.side_by_side(folders, lambda folder: prediction(folder, page)))
-
-
 # Singular values
 
 def draw_spectrum(values, limit):
@@ -316,8 +302,3 @@ def spectrum(folder, page):
                      "%.0f of %d directions of the log factors are determined: there the data say more "
                      "than the prior." % (determined, len(values))) + html.details(
                          "Singular values", html.table(rows, ("direction", "value", "")))
-
-
-def add_spectra(folders, page):
-    page.add("spectrum", "What the data determine",
-             page.side_by_side(folders, lambda folder: spectrum(folder, page)))

@@ -30,18 +30,30 @@ except ImportError as missing:
     refuse(f"{missing} (Debian: python3-jinja2, python3-numpy, python3-matplotlib)")
 
 TEMPLATE = os.path.join(os.path.dirname(__file__), "..", "page", "template.html")
+# Sections: id, heading, markup of a folder, and the explanation above the markup of all folders.
+SECTIONS = [("measurement", "Measurement", measured.measurement),
+            ("images", "Image and fit", drapes.images),
+            ("material", "Material", verdict.material),
+            ("export", "For other programs", measured.export),
+            ("outlines", "Drapes from above", drapes.outlines, drapes.how_to_read),
+            ("drape", "Drape in three dimensions", drapes.drapes, drapes.how_to_turn),
+            ("fields", "Fields over the cloth", charts.cloth_fields),
+            ("posterior", "Posterior", charts.posterior),
+            ("prediction", "Prediction", charts.prediction),
+            ("spectrum", "What the data determine", charts.spectrum),
+            ("studies", "Charts and tables", measured.studies),
+            ("provenance", "Where these results are from", measured.provenance)]
 
 
 def make_page(folders, max_mb):
     with open(TEMPLATE, encoding="utf-8") as file:
         template = file.read()
     frame = 40_000  # bytes of the head, of captions and of the lines on what is left out
-    page = html.Page(max(0, int(1e6 * max_mb) - len(template.encode()) - frame))
-    for part in (verdict.add_verdicts, measured.add_measurements, drapes.add_images,
-                 verdict.add_materials, measured.add_exports, drapes.add_outlines, drapes.add_drapes,
-                 charts.add_fields, charts.add_posteriors, charts.add_predictions,
-                 charts.add_spectra, measured.add_studies, measured.add_provenance):
-        part(folders, page)
+    page = html.Page(folders, max(0, int(1e6 * max_mb) - len(template.encode()) - frame))
+    page.add("verdict", "Verdict", verdict.verdicts(folders))
+    for part, heading, of_folder, *explain in SECTIONS:
+        markup = page.side_by_side(of_folder)
+        page.add(part, heading, html.join([*(above(markup) for above in explain), markup]))
     title = "drapefit report: " + ", ".join(folder.name for folder in folders)
     body = html.ENVIRONMENT.get_template("body.html").render(
         title=title, sections=page.sections, left_out=page.left_out, max_mb=max_mb)

@@ -82,12 +82,9 @@ def image_part(folder, image, page):
     return html.BLOCKS.columns(html.paragraph(name, "quiet") + picture, image_metrics(image) + notes)
 
 
-def add_images(folders, page):
-    def part(folder):
-        images = items(folder.summary, "/images") if folder.is_fit else []
-        return html.BLOCKS.side_by_side([("", page.fit(text(image, "/file"), image_part(folder, image, page)))
-                                         for image in images])
-    page.add("images", "Image and fit", page.side_by_side(folders, part))
+def images(folder, page):
+    return html.BLOCKS.side_by_side([("", page.fit(text(image, "/file"), image_part(folder, image, page)))
+                                     for image in items(folder.summary, "/images") if folder.is_fit])
 
 
 # Drapes from above
@@ -154,13 +151,14 @@ def branches(folder):
     return table
 
 
-def add_outlines(folders, page):
-    markup = page.side_by_side(folders, lambda folder: branches(folder) + tiles(folder, page))
-    if 'class="tiles"' in markup:
-        markup = html.paragraph("One colour for each specimen or branch; below each drape its drape "
-                                "coefficient and number of nodes. The circles are the support and the "
-                                "flat cloth.", "quiet") + markup
-    page.add("outlines", "Drapes from above", markup)
+def outlines(folder, page):
+    return branches(folder) + tiles(folder, page)
+
+
+def how_to_read(markup):
+    return html.paragraph("One colour for each specimen or branch; below each drape its drape "
+                          "coefficient and number of nodes. The circles are the support and the flat "
+                          "cloth.", "quiet") if 'class="tiles"' in markup else ""
 
 
 # Drapes to turn
@@ -319,12 +317,8 @@ def drapes(folder, page):
     return html.BLOCKS.viewer(len(page.drapes) - 1) + html.join(missing)
 
 
-def add_drapes(folders, page):
-    markup = page.side_by_side(folders, lambda folder: drapes(folder, page))
-    if markup:
-        markup = html.join([
-            html.paragraph("The drape in three dimensions needs a script.", "quiet unscripted"),
-            html.paragraph("Drag or use the arrow keys to turn, the wheel or two fingers to zoom. "
-                           "Stretch is the largest principal strain against the flat cloth.", "quiet"),
-            markup])
-    page.add("drape", "Drape in three dimensions", markup)
+def how_to_turn(markup):
+    return html.paragraph("The drape in three dimensions needs a script.", "quiet unscripted") + (
+        html.paragraph("Drag or use the arrow keys to turn, the wheel or two fingers to zoom. Stretch "
+                       "is the largest principal strain against the flat cloth.", "quiet")
+    ) if markup else ""

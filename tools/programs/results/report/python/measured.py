@@ -43,9 +43,9 @@ def photograph(folder, page):
     return html.BLOCKS.columns(picture, html.table(known, ("", "found")))
 
 
-def fit_photographs(fit, folders, page):
+def fit_photographs(fit, page):
     """The photographs that a fit is of, without those that have a column of their own."""
-    own = {os.path.realpath(folder.path) for folder in folders}
+    own = {os.path.realpath(folder.path) for folder in page.folders}
     found = [find_photograph(image) for image in items(fit.summary, "/images")]
     return html.join(photograph(each, page) for each in found
                      if each and os.path.realpath(each.path) not in own)
@@ -96,14 +96,12 @@ def metrics(s):
     return html.flat_table({key: s[key] for key in s if key not in ("versions", "provenance")})
 
 
-def add_measurements(folders, page):
-    def part(folder):
-        if folder.program == "drape_photo":
-            return photograph(folder, page)
-        if folder.program == "drape_metrics":
-            return page.fit(folder.name, metrics(folder.summary))
-        return fit_photographs(folder, folders, page) if folder.is_fit else ""
-    page.add("measurement", "Measurement", page.side_by_side(folders, part))
+def measurement(folder, page):
+    if folder.program == "drape_photo":
+        return photograph(folder, page)
+    if folder.program == "drape_metrics":
+        return page.fit(folder.name, metrics(folder.summary))
+    return fit_photographs(folder, page) if folder.is_fit else ""
 
 
 def linear_record(record):
@@ -125,7 +123,7 @@ def linear_record(record):
                       "The linear record of " + text(record, "/name")) if rows else ""
 
 
-def export(folder):
+def export(folder, page):
     if folder.program != "drape_export":
         return ""
     s = folder.summary
@@ -141,10 +139,6 @@ def export(folder):
     return html.join([linear_record(find(s, "/record")), targets if rows else "",
                       *(html.paragraph("Samples of the posterior: " + file)
                         for file in texts(s, "/posterior_files"))])
-
-
-def add_exports(folders, page):
-    page.add("export", "For other programs", page.side_by_side(folders, export))
 
 
 def pictures(folder, page):
@@ -182,9 +176,8 @@ def tables(folder, page):
     return html.join(parts)
 
 
-def add_studies(folders, page):
-    page.add("studies", "Charts and tables", page.side_by_side(
-        folders, lambda folder: html.join(part(folder, page) for part in (pictures, lists, tables))))
+def studies(folder, page):
+    return html.join(part(folder, page) for part in (pictures, lists, tables))
 
 
 def shell_line(words):
@@ -247,8 +240,3 @@ def provenance(folder, page):
               for key in ("seconds", "meshes", "simpler_models", "initial_guess")
               if isinstance(s.get(key), (dict, list))]
     return html.join(page.fit(folder.name + ": where it is from", part) for part in parts if part)
-
-
-def add_provenance(folders, page):
-    page.add("provenance", "Where these results are from",
-             page.side_by_side(folders, lambda folder: provenance(folder, page)))

@@ -140,7 +140,8 @@ def markdown(content):
 class Page:
     """A page while its parts are written."""
 
-    def __init__(self, room):
+    def __init__(self, folders, room):
+        self.folders = folders
         self.room = room  # bytes that are left
         self.taken = 0  # of the part that is being written
         self.sections = []  # id, heading, markup
@@ -186,11 +187,11 @@ class Page:
         return self.fit(what, BLOCKS.picture(uri(kind, data), alt, caption,
                                              "chart" if kind == "svg+xml" else "picture"))
 
-    def side_by_side(self, folders, part):
+    def side_by_side(self, part):
         """Puts the markup of `part` for each folder side by side. Several folders have headings."""
-        contents = [(folder.name, part(folder)) for folder in folders]
-        contents = [(name if len(folders) > 1 else "", content) for name, content in contents
-                    if content.strip()]
+        contents = [(folder.name if len(self.folders) > 1 else "", part(folder, self))
+                    for folder in self.folders]
+        contents = [each for each in contents if each[1].strip()]
         return BLOCKS.side_by_side(contents) if contents else markupsafe.Markup()
 
 

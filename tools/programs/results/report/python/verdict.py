@@ -182,12 +182,11 @@ def of_other(folder):
                                other_numbers(folder))
 
 
-def add_verdicts(folders, page):
-    verdicts = html.join((of_fit if folder.is_fit else of_other)(folder) for folder in folders)
+def verdicts(folders):
+    parts = html.join((of_fit if folder.is_fit else of_other)(folder) for folder in folders)
     if len(folders) > 1:
-        verdicts = html.join([html.markupsafe.Markup('<div class="side">'), verdicts,
-                              html.markupsafe.Markup("</div>")])
-    page.add("verdict", "Verdict", html.BLOCKS.warnings(other_sizes(folders)) + verdicts)
+        parts = html.markupsafe.Markup('<div class="side">%s</div>') % parts
+    return html.BLOCKS.warnings(other_sizes(folders)) + parts
 
 
 def plain(value, digits):
@@ -258,8 +257,3 @@ def material(folder, page):
     others = [laboratory_sheet(sheets[name]) for name in sorted(sheets) if name != "material"]
     return in_words(s) + html.join(page.fit(folder.name + ": material", part)
                                    for part in [table, *others, strips(s)] if part)
-
-
-def add_materials(folders, page):
-    page.add("material", "Material",
-             page.side_by_side(folders, lambda folder: material(folder, page)))
