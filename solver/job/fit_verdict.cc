@@ -449,7 +449,7 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
     FabricSamples after, before;
   };
   const auto samples = std::make_shared<const Samples>(
-      Samples{MedianTables(posterior), SamplePosterior(posterior, kSamples, 1),
+      Samples{MedianTables(posterior), SampleFabric(posterior, kSamples, 1),
               SamplePrior(posterior, kSamples, 1)});
   return [=](const LogQuantity& log_quantity, Resistance resistance) -> std::optional<KnownTo> {
     std::vector<double> after = EvaluateAll(log_quantity, samples->after);

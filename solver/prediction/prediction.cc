@@ -366,7 +366,7 @@ FabricSamples SamplesAt(const StoredPosterior& posterior, Eigen::MatrixXd log_fa
   return samples;
 }
 
-FabricSamples SamplePosterior(const StoredPosterior& posterior, int count, uint64_t seed) {
+FabricSamples SampleFabric(const StoredPosterior& posterior, int count, uint64_t seed) {
   return SampleLogFactors(posterior, posterior.mean, posterior.covariance, count,
                           SeedOfStream(seed, kPosteriorStream));
 }

@@ -181,7 +181,7 @@ struct FabricSamples {
 
 // count ≥ 1 samples, which depend on the seed alone. CHECKs kind hierarchy: the deviations of kind
 // bdp are a scatter over the cloth, not an uncertainty.
-FabricSamples SamplePosterior(const StoredPosterior& posterior, int count, uint64_t seed);
+FabricSamples SampleFabric(const StoredPosterior& posterior, int count, uint64_t seed);
 FabricSamples SamplePrior(const StoredPosterior& posterior, int count, uint64_t seed);
 // The fabric at log factors of the posterior, shape [P, S].
 FabricSamples SamplesAt(const StoredPosterior& posterior, Eigen::MatrixXd log_factors);

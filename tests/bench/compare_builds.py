@@ -45,9 +45,11 @@ CASES = {
     'check_reference': 'check --config=configs/programs/check.json --law=reference --mesh=disc:100',
     'metrics': 'metrics {other}/quickstart_drape/silhouette.png --image_width_mm=355.8 '
                '--out={out}.json',
-    'metrics_two': 'metrics {other}/quickstart_drape {other}/quickstart_fit --out={out}.json',
-    'export': 'export {other}/quickstart_fit --to=all --mesh=disc:150 --starts=1 --out={out}',
-    'export_posterior': 'export {other}/fit_bayes --to=csv,json --mesh=disc:150 --starts=0 '
+    'metrics_two': 'metrics {other}/quickstart_drape/drape.obj '
+                   '{other}/quickstart_fit/drape_silhouette.obj '
+                   '--out={out}.json',
+    'export': 'export {source}{other}/quickstart_fit --to=all --mesh=disc:150 --starts=1 --out={out}',
+    'export_posterior': 'export {source}{other}/fit_bayes --to=csv,json --mesh=disc:150 --starts=0 '
                         '--out={out}',
     'report': 'report {other}/quickstart_fit --out={out}.html',
     'garment_skirt': 'garment --garment=configs/garments/circle_skirt.json --edge=0.06 '
@@ -76,7 +78,8 @@ def run(tree, case, out):
     one_option = '--fabric' in usage
     words = CASES[case].format(out=out / case, other=out,
                                fabric='--fabric' if one_option else '--material',
-                               posterior='--fabric' if one_option else '--posterior').split()
+                               posterior='--fabric' if one_option else '--posterior',
+                               source='--fabric=' if one_option else '').split()
     done = subprocess.run([program, *words], cwd=tree, capture_output=True, text=True)
     (out / (case + '.txt')).write_text(done.stdout)
     if done.returncode != 0:

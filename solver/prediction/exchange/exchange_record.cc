@@ -75,7 +75,7 @@ std::vector<double> Values(const std::vector<LinearFabric>& materials, double Li
 void AddUncertainty(const StoredPosterior& posterior, const RecordOptions& options,
                     const Linearise& linearise, std::vector<RecordedNumber>* numbers) {
   const auto after =
-      LineariseAll(SamplePosterior(posterior, options.samples, options.seed), linearise);
+      LineariseAll(SampleFabric(posterior, options.samples, options.seed), linearise);
   const auto before =
       LineariseAll(SamplePrior(posterior, options.samples, options.seed), linearise);
   for (size_t i = 0; i < numbers->size(); ++i) {
@@ -315,7 +315,7 @@ std::string PosteriorCsv(const FabricSource& source, const Law& law,
   if (own) CheckImages(*own, source.path);
   const int new_draws = options.draws > 0 ? options.draws : kNewDraws - kNewDraws % options.chains;
   const FabricSamples samples = own ? SamplesAt(*source.posterior, LogFactors(*own))
-                                    : SamplePosterior(*source.posterior, new_draws, options.seed);
+                                    : SampleFabric(*source.posterior, new_draws, options.seed);
   const auto count = static_cast<int>(samples.tables.size()), draws = count / options.chains;
   std::string text = Header(samples, own);
   for (int s = 0; s < count; ++s) {

@@ -273,7 +273,7 @@ std::string ShellWord(const std::string& word) {
 
 std::string CommandText(const Step& step) {
   std::string text = "drapefit " + step.verb;
-  for (const std::string& argument : step.arguments) text += " " + ShellWord(argument);
+  for (const std::string& argument : step.arguments) (text += " ") += ShellWord(argument);
   return text;
 }
 

@@ -58,7 +58,7 @@ TEST_F(ExchangeRecordTest, APosteriorTellsMeasuredFromPrior) {
 TEST_F(ExchangeRecordTest, SamplesHaveTheMomentsOfThePosterior) {
   StoredPosterior posterior = Scales();
   posterior.covariance << 0.5, 0.06, 0.06, 0.01;
-  const FabricSamples samples = SamplePosterior(posterior, 4000, 1);
+  const FabricSamples samples = SampleFabric(posterior, 4000, 1);
   EXPECT_EQ(samples.names, (std::vector<std::string>{"stretch", "bend"}));
   const Eigen::MatrixXd deviation =
       samples.log_factors.colwise() - samples.log_factors.rowwise().mean();
