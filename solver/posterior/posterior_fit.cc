@@ -44,30 +44,6 @@ double ZhangStephens(const Eigen::ArrayXd& x) {
 // A Pareto tail cannot be fitted to fewer samples.
 constexpr int kMinElboSamples = 25;
 
-// Judges a fit by independent samples: fills elbo, elbo_error, pareto_k, elbo_samples_valid and
-// sample_rms_px. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
-// of each. With fewer than kMinElboSamples these numbers are NaN.
-void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
-                  const std::vector<double>& log_ratios, PosteriorFit* fit) {
-  fit->elbo_samples_valid = static_cast<int>(residuals.size());
-  if (fit->elbo_samples_valid < kMinElboSamples) {
-    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms_px =
-        std::numeric_limits<double>::quiet_NaN();
-    return;
-  }
-  const auto count = static_cast<double>(residuals[0].size());
-  Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
-  for (int s = 0; s < fit->elbo_samples_valid; ++s) {
-    squares[s] = residuals[s].squaredNorm();
-    weights[s] = log_ratios[s] - 0.5 * squares[s];
-  }
-  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
-  fit->elbo = weights.mean();
-  fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->elbo_samples_valid);
-  fit->pareto_k = ParetoShape(weights.matrix());
-  fit->sample_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
-}
-
 // Model bdp: its bound is derived in posterior_fit.h.
 
 // Random streams: the noise of the fit, then of each batch of independent samples.
@@ -252,6 +228,27 @@ bool FitHierarchy(const PosteriorOptions& options, const MapEstimator& mode, Pos
 }
 
 }  // namespace
+
+void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
+                  const std::vector<double>& log_ratios, PosteriorFit* fit) {
+  fit->elbo_samples_valid = static_cast<int>(residuals.size());
+  if (fit->elbo_samples_valid < kMinElboSamples) {
+    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms_px =
+        std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  const auto count = static_cast<double>(residuals[0].size());
+  Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
+  for (int s = 0; s < fit->elbo_samples_valid; ++s) {
+    squares[s] = residuals[s].squaredNorm();
+    weights[s] = log_ratios[s] - 0.5 * squares[s];
+  }
+  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
+  fit->elbo = weights.mean();
+  fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->elbo_samples_valid);
+  fit->pareto_k = ParetoShape(weights.matrix());
+  fit->sample_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
+}
 
 void PosteriorOptions::Check() const {
   CheckFields(*this);

@@ -201,4 +201,10 @@ PosteriorFit FitDrapePosterior(const FitProblem& problem, const StagedFitOptions
                                const PosteriorOptions& options, const FitCandidate& candidate,
                                const RunControl& control);
 
+// Judges a fit by independent samples: fills elbo, elbo_error, pareto_k, elbo_samples_valid and
+// sample_rms_px. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
+// of each. With fewer than 25 samples, these numbers are NaN.
+void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
+                  const std::vector<double>& log_ratios, PosteriorFit* fit);
+
 }  // namespace drape

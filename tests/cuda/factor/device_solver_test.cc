@@ -18,7 +18,7 @@ class DeviceSolverTest : public testing::TestWithParam<int> {
     DRAPE_NEEDS_GPU();
     solver_ = MakeDeviceSolver(model_->pattern, FindDevices()[0]);
   }
-  BlockMatrix StepMatrix(const BlockPattern& pattern) {
+  BlockMatrix MakeStepMatrix(const BlockPattern& pattern) {
     ClothModel model = *model_;
     model.pattern = pattern;
     BlockMatrix A(pattern);
@@ -55,7 +55,7 @@ class DeviceSolverTest : public testing::TestWithParam<int> {
 
 TEST_P(DeviceSolverTest, SolvesAsTheHost) {
   for (int round = 0; round < 2; ++round)
-    ExpectSolvesAsTheHost(*solver_, model_->pattern, StepMatrix(model_->pattern));
+    ExpectSolvesAsTheHost(*solver_, model_->pattern, MakeStepMatrix(model_->pattern));
 }
 
 TEST_P(DeviceSolverTest, AdaptsToBlocksOfContact) {
@@ -64,19 +64,19 @@ TEST_P(DeviceSolverTest, AdaptsToBlocksOfContact) {
     std::vector<std::array<int, 4>> more;
     for (int k = 0; k < groups; ++k) more.push_back({k, n / 3 + k, n / 2 + k, n - 1 - k});
     const BlockPattern touching = AddGroups(model_->pattern, more);
-    BlockMatrix A = StepMatrix(touching);
+    BlockMatrix A = MakeStepMatrix(touching);
     for (const auto& group : more)
       for (const int i : group)
         for (const int j : group) A.AddScaledIdentity(touching.Find(i, j), i == j ? 3.0 : -1.0);
     const auto adapted = solver_->Adapt(touching);
     ExpectSolvesAsTheHost(*adapted, touching, A);
     ExpectSolvesAsTheHost(*adapted->Adapt(model_->pattern), model_->pattern,
-                          StepMatrix(model_->pattern));
+                          MakeStepMatrix(model_->pattern));
   }
 }
 
 TEST_P(DeviceSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {
-  BlockMatrix A = StepMatrix(model_->pattern);
+  BlockMatrix A = MakeStepMatrix(model_->pattern);
   const BlockMatrix good = A;
   A.AddScaledIdentity(model_->pattern.diagonal[model_->mesh.num_vertices() / 2], -1e3);
   EXPECT_FALSE(solver_->Factor(A));
@@ -84,7 +84,7 @@ TEST_P(DeviceSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {
 }
 
 TEST_P(DeviceSolverTest, ClonesWorkOnThreadsOfTheirOwnWithTheSameBits) {
-  const BlockMatrix A = StepMatrix(model_->pattern);
+  const BlockMatrix A = MakeStepMatrix(model_->pattern);
   const Eigen::VectorXd b = test::RandomMatrix(model_->num_dofs(), 1, random_);
   std::vector<Eigen::VectorXd> x(3, b);
   std::vector<std::thread> threads;

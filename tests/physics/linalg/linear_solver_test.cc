@@ -15,7 +15,7 @@ namespace {
 
 class LinearSolverTest : public testing::Test {
  protected:
-  BlockMatrix StepMatrix(double level) {
+  BlockMatrix MakeStepMatrix(double level) {
     BlockMatrix A(model_->pattern);
     Eigen::VectorXd force;
     AssembleStep(*model_, test::TestMaterial(level), test::NoisyStart(*model_, 1e-3, random_).x,
@@ -33,7 +33,7 @@ class LinearSolverTest : public testing::Test {
 };
 
 TEST_F(LinearSolverTest, SolvesOneAndManyRightHandSides) {
-  const BlockMatrix A = StepMatrix(1.0);
+  const BlockMatrix A = MakeStepMatrix(1.0);
   ASSERT_TRUE(solver_->Factor(A));
   for (const int m : {1, 2, 3, 39, 72}) {
     const RowMatrix b = test::RandomMatrix(model_->num_dofs(), m, random_);
@@ -47,7 +47,7 @@ TEST_F(LinearSolverTest, SolvesOneAndManyRightHandSides) {
 }
 
 TEST_F(LinearSolverTest, SolversMadeAtTheSameTimeAreAlike) {
-  const BlockMatrix A = StepMatrix(1.0);
+  const BlockMatrix A = MakeStepMatrix(1.0);
   const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 1, random_);
   const auto solve = [&] {
     const std::unique_ptr<LinearSolver> solver = MakeLinearSolver(model_->pattern);
@@ -69,7 +69,7 @@ TEST_F(LinearSolverTest, SolversMadeAtTheSameTimeAreAlike) {
 }
 
 TEST_F(LinearSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {
-  BlockMatrix A = StepMatrix(1.0);
+  BlockMatrix A = MakeStepMatrix(1.0);
   const BlockMatrix good = A;
   A.AddScaledIdentity(model_->pattern.diagonal[40], -1e3);
   EXPECT_FALSE(solver_->Factor(A));
@@ -81,7 +81,7 @@ TEST_F(LinearSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {
 }
 
 TEST_F(LinearSolverTest, CloneHasItsOwnNumbers) {
-  const BlockMatrix A = StepMatrix(1.0), B = StepMatrix(3.0);
+  const BlockMatrix A = MakeStepMatrix(1.0), B = MakeStepMatrix(3.0);
   ASSERT_TRUE(solver_->Factor(A));
   const auto clone = solver_->Clone();
   ASSERT_TRUE(clone->Factor(B));
@@ -95,7 +95,7 @@ TEST_F(LinearSolverTest, CloneHasItsOwnNumbers) {
 }
 
 TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
-  const BlockMatrix A = StepMatrix(1.0), B = StepMatrix(3.0);
+  const BlockMatrix A = MakeStepMatrix(1.0), B = MakeStepMatrix(3.0);
   ASSERT_TRUE(solver_->Factor(A));
   const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 3, random_);
   RowMatrix before = b, after = b;
@@ -114,7 +114,7 @@ TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
 
 TEST_F(LinearSolverTest, ThreadsChangeNoBit) {
   model_ = test::SmallDisc("smooth", 1500);
-  const BlockMatrix A = StepMatrix(1.0);
+  const BlockMatrix A = MakeStepMatrix(1.0);
   const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 39, random_);
   std::vector<double> factor;
   RowMatrix many;
@@ -145,7 +145,7 @@ TEST_F(LinearSolverTest, ThreadsChangeNoBit) {
 
 TEST_F(LinearSolverTest, AFlagEndsAFactorisationOnThreads) {
   model_ = test::SmallDisc("smooth", 1500);
-  const BlockMatrix A = StepMatrix(1.0);
+  const BlockMatrix A = MakeStepMatrix(1.0);
   const auto solver = MakeLinearSolver(model_->pattern, 2);
   std::atomic<bool> cancel = true;
   {

@@ -11,7 +11,7 @@
 namespace drape {
 namespace {
 
-BlockMatrix StepMatrix(const ClothModel& model, std::mt19937_64& random) {
+BlockMatrix MakeStepMatrix(const ClothModel& model, std::mt19937_64& random) {
   BlockMatrix A(model.pattern);
   Eigen::VectorXd force;
   AssembleStep(model, test::TestMaterial(), test::NoisyStart(model, 1e-3, random).x, 0.05, force,
@@ -71,7 +71,7 @@ TEST(FrontPlanSolve, InTheOrderOfTheHostAndWithBlocksOfContact) {
   for (const int vertices : {150, 900}) {
     const auto model = test::Cloth(test::Disc(vertices), true, true);
     const EliminationOrder order = DissectVertices(model->pattern);
-    ExpectSolvesInOrder(model->pattern, order, StepMatrix(*model, random));
+    ExpectSolvesInOrder(model->pattern, order, MakeStepMatrix(*model, random));
     for (const int groups : {2, 40}) {
       std::vector<std::array<int, 4>> more;
       const int n = model->mesh.num_vertices();
@@ -87,7 +87,7 @@ void ExpectSolves(const Mesh& mesh, bool stretch, bool bend, const FrontPlanOpti
   SCOPED_TRACE(mesh.num_vertices());
   std::mt19937_64 random(5);
   const auto model = test::Cloth(mesh, stretch, bend);
-  ExpectSolvesAsTheHost(model->pattern, mesh.uv, StepMatrix(*model, random), options);
+  ExpectSolvesAsTheHost(model->pattern, mesh.uv, MakeStepMatrix(*model, random), options);
 }
 
 class FrontPlanSolve : public testing::TestWithParam<bool> {};
@@ -124,7 +124,7 @@ TEST(FrontPlanSolve, PatternsThatAreNoMeshs) {
 TEST(FrontPlanSolve, NotPositiveDefiniteIsFalse) {
   std::mt19937_64 random(5);
   const auto model = test::Cloth(test::Disc(150), true, true);
-  BlockMatrix A = StepMatrix(*model, random);
+  BlockMatrix A = MakeStepMatrix(*model, random);
   A.AddScaledIdentity(model->pattern.diagonal[40], -1e3);
   const FrontPlan plan = MakeFrontPlan(model->pattern, model->mesh.uv, {});
   const Eigen::VectorXd b = Eigen::VectorXd::Ones(model->num_dofs());

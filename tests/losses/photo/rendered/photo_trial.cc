@@ -56,8 +56,7 @@ double EstimateCoefficient(const Outline& outline, const Camera& camera) {
 KnownDrape SimulateDrape(const std::string& fabric, int seed) {
   Material material =
       ReadMaterial(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/" + fabric + ".json",
-                   {NegativeEntries::kRaise});
-  RaiseSmallEntries(material.field, 0.1);
+                   {.min_relative_stiffness = 0.1});
   const auto model = std::make_shared<ClothModel>(MakeDisc({.target_vertices = 700}), CusickScene(),
                                                   MakeLaw("smooth"));
   State start = model->RestState();

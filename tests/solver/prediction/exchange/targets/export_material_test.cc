@@ -16,8 +16,8 @@ class ExportMaterialTest : public FileFixture {
  protected:
   static ExchangeRecord Record(std::optional<double> thickness = {}) {
     FabricSource source;
-    source.name = "twill \"7\"";
-    source.tables = test::TestMaterial();
+    source.material.name = "twill \"7\"";
+    source.material.field = test::TestMaterial();
     RecordOptions options;
     options.thickness = thickness;
     return MakeRecord(source, MakeLaw("smooth"), options);
@@ -33,11 +33,11 @@ TEST_F(ExportMaterialTest, ArcsimReadsBackBitForBit) {
   const Material back = ReadMaterial(Write("arcsim.json", exported.text));
   EXPECT_EQ(back.source_convention, "arcsim");
   EXPECT_TRUE(back.warnings.empty());
-  EXPECT_EQ(back.field.density, record.source.tables.density);
+  EXPECT_EQ(back.field.density, record.source.material.field.density);
   for (int i = 0; i < kStretchEntries; ++i)
-    EXPECT_EQ(back.field.stretch[0].entries()[i], record.source.tables.stretch[0].entries()[i]);
+    EXPECT_EQ(back.field.stretch[0].entries()[i], record.source.material.field.stretch[0].entries()[i]);
   for (int i = 0; i < kBendEntries; ++i)
-    EXPECT_EQ(back.field.bend[0].entries()[i], record.source.tables.bend[0].entries()[i]);
+    EXPECT_EQ(back.field.bend[0].entries()[i], record.source.material.field.bend[0].entries()[i]);
   EXPECT_TRUE(exported.lost.empty());
 }
 

@@ -19,8 +19,8 @@ using test::kTwill;
 
 ExportedMaterial Export(ExportTarget target, const ExportOptions& options = {}) {
   FabricSource source;
-  source.name = "twill";
-  source.tables = TablesFrom(kTwill);
+  source.material.name = "twill";
+  source.material.field = TablesFrom(kTwill);
   return ExportMaterial(target, MakeRecord(source, MakeLaw("smooth"), {}), options);
 }
 
