@@ -39,11 +39,8 @@ Option LawOption(LawKind& law) {
 }
 
 Option ThreadsOption(int& threads) {
-  return {.key = "threads",
-          .value = &threads,
-          .doc = "number of threads; 0: one for each core. Results do not depend on it",
-          .least = 0,
-          .most = static_cast<double>(MostThreads())};
+  return NumberOption("threads", &threads, 0, static_cast<double>(MostThreads()),
+                      "number of threads; 0: one for each core. Results do not depend on it");
 }
 
 int MostThreads() {
@@ -122,26 +119,15 @@ std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(
 
 std::vector<Option> PoolOptionRows(LearningOptions& learning) {
   return {
-      {.key = "pool",
-       .value = &learning.pool_file,
-       .doc = "file of the pool of simulated drapes to learn from, the same for all fabrics; made "
-              "when missing (default: pool.json in the output folder)",
-       .is_path = true},
-      {.key = "pool_drapes",
-       .value = &learning.pool.drapes,
-       .doc = "drapes of the pool",
-       .least = 512,
-       .most = 100000},
-      {.key = "rounds",
-       .value = &learning.rounds,
-       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
-       .least = 0,
-       .most = 20},
-      {.key = "round_drapes",
-       .value = &learning.round_drapes,
-       .doc = "drapes of a further round",
-       .least = 64,
-       .most = 100000},
+      PathOption(
+          "pool", &learning.pool_file,
+          "file of the pool of simulated drapes to learn from, the same for all fabrics; made "
+          "when missing (default: pool.json in the output folder)"),
+      NumberOption("pool_drapes", &learning.pool.drapes, 512, 100000, "drapes of the pool"),
+      NumberOption(
+          "rounds", &learning.rounds, 0, 20,
+          "further rounds of drapes, each simulated near what those before show of the fabric"),
+      NumberOption("round_drapes", &learning.round_drapes, 64, 100000, "drapes of a further round"),
   };
 }
 

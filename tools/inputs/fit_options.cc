@@ -15,38 +15,28 @@ namespace {
 std::vector<Option> DataOptions(FitToolOptions& options) {
   FitData& data = options.data;
   return {
-      {.key = "images",
-       .value = &options.images,
-       .doc = "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns",
-       .is_path = true},
-      {.key = "lab_tests",
-       .value = &options.lab_tests,
-       .doc = "cantilever and tensile tests of the fabric (JSON, or strips of a U3M 1.1 material; "
-              "configs/README.md), fitted alone or jointly with the images: files, folders, "
-              "patterns",
-       .is_path = true},
+      PathOption(
+          "images", &options.images,
+          "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns"),
+      PathOption(
+          "lab_tests", &options.lab_tests,
+          "cantilever and tensile tests of the fabric (JSON, or strips of a U3M 1.1 material; "
+          "configs/README.md), fitted alone or jointly with the images: files, folders, "
+          "patterns"),
       FabricOption(&data.material),
-      {.key = "other_fabrics",
-       .value = &data.other_materials,
-       .doc = "further start tables: images are fitted from all, and the best result is kept",
-       .is_path = true},
-      {.key = "density",
-       .value = &data.density,
-       .doc = "areal density of the fabric, as weighed; 0: that of `fabric`, with a warning that "
-              "stiffnesses are in proportion to it; with --data the published one",
-       .unit = "kg/m2",
-       .least = 0,
-       .most = 10},
-      {.key = "ground_truth",
-       .value = &data.ground_truth,
-       .doc = "tables that the images were made with, to be compared with the result",
-       .is_path = true},
-      {.key = "specimens",
-       .value = &data.specimens,
-       .doc = "models bayes, bdp: the specimen of each image, from 1; empty: each image shows its "
-              "own, with --data each sample",
-       .least = 1,
-       .most = 1000},
+      PathOption("other_fabrics", &data.other_materials,
+                 "further start tables: images are fitted from all, and the best result is kept"),
+      NumberOption(
+          "density", &data.density, 0, 10,
+          "areal density of the fabric, as weighed; 0: that of `fabric`, with a warning that "
+          "stiffnesses are in proportion to it; with --data the published one",
+          "kg/m2"),
+      PathOption("ground_truth", &data.ground_truth,
+                 "tables that the images were made with, to be compared with the result"),
+      NumberOption(
+          "specimens", &data.specimens, 1, 1000,
+          "models bayes, bdp: the specimen of each image, from 1; empty: each image shows its "
+          "own, with --data each sample"),
       OutOption(options.out),
       {.key = "resume",
        .value = &options.resume,
@@ -59,15 +49,10 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
 std::vector<Option> SelectionOptions(FitToolOptions& options) {
   FitSelection& selection = options.selection;
   return {
-      {.key = "data",
-       .value = &selection.folder,
-       .doc = "folder of the published data set, whose drapes are fitted in place of images",
-       .is_path = true},
-      {.key = "data_fabric",
-       .value = &selection.fabric,
-       .doc = "with --data: number of the fabric; 0: not given",
-       .least = 0,
-       .most = 9999},
+      PathOption("data", &selection.folder,
+                 "folder of the published data set, whose drapes are fitted in place of images"),
+      NumberOption("data_fabric", &selection.fabric, 0, 9999,
+                   "with --data: number of the fabric; 0: not given"),
       {.key = "samples",
        .value = &selection.samples,
        .doc = "with --data: samples, like 1,3-5; empty: all"},
@@ -85,12 +70,10 @@ std::vector<Option> SelectionOptions(FitToolOptions& options) {
 }
 
 Option PriorOption(FitSpec& spec) {
-  return {.key = "prior",
-          .value = &spec.prior,
-          .doc =
-              "model bayes: space.json of drape_space, whose population of fabrics is the prior "
-              "of the posterior; empty: about the initial guess, by prior_sigma",
-          .is_path = true};
+  return PathOption(
+      "prior", &spec.prior,
+      "model bayes: space.json of drape_space, whose population of fabrics is the prior "
+      "of the posterior; empty: about the initial guess, by prior_sigma");
 }
 
 void CheckNoSelection(const FitToolOptions& options) {

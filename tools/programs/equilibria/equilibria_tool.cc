@@ -185,17 +185,11 @@ void WriteEquilibriumStates(const EquilibriumSurvey& survey, const Mesh& mesh,
 
 std::vector<Option> SampleOptions(SamplingOptions& sampling) {
   return {
-      {.key = "samples",
-       .value = &sampling.samples,
-       .doc = "number of random starts",
-       .least = 1,
-       .most = 1000},
-      {.key = "seed",
-       .value = &sampling.first_seed,
-       .doc = "random seed of the run: that of the first start shape; the others use the following "
-              "ones",
-       .least = 0,
-       .most = 1000000000},
+      NumberOption("samples", &sampling.samples, 1, 1000, "number of random starts"),
+      NumberOption(
+          "seed", &sampling.first_seed, 0, 1000000000,
+          "random seed of the run: that of the first start shape; the others use the following "
+          "ones"),
       {.key = "hem_rms",
        .value = &sampling.hem_rms,
        .doc = "root mean square height of the start shapes at the hem",
@@ -204,11 +198,8 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
        .most = 0.05,
        .above_least = true},
       TimeStepOption(sampling.h),
-      {.key = "steps",
-       .value = &sampling.steps,
-       .doc = "number of time steps before Newton's method",
-       .least = 0,
-       .most = 100000},
+      NumberOption("steps", &sampling.steps, 0, 100000,
+                   "number of time steps before Newton's method"),
       ThreadsOption(sampling.threads),
   };
 }

@@ -26,6 +26,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
+#include "tools/inputs/common_options.h"
 #include "tools/programs/equilibria/equilibria_tool.h"
 #include "tools/programs/fit/fit_tool.h"
 #include "tools/programs/garment/garment_tool.h"
@@ -334,47 +335,29 @@ void Check(const ShortWayOptions& options) {
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
   const auto metres = [](const char* key, double* value, const char* doc) {
-    return Option{.key = key, .value = value, .doc = doc, .unit = "m", .least = 0.05, .most = 1};
+    return NumberOption(key, value, 0.05, 1, doc, "m");
   };
-  return {{.key = "mass",
-           .value = &options.mass,
-           .doc = "mass of the fabric by area, as weighed; needed",
-           .unit = "g/m2",
-           .least = 0,
-           .most = 10000},
-          metres("specimen", &options.specimen, "diameter of the flat specimen"),
-          metres("support", &options.support, "diameter of the support"),
-          {.key = "focal_35mm",
-           .value = &options.focal_35mm,
-           .doc = "focal length of the photograph's lens as for a full-frame camera; 0: from the "
-                  "file",
-           .unit = "mm",
-           .least = 0,
-           .most = 2000},
-          {.key = "picture",
-           .value = &options.picture,
-           .doc = "what the picture is; auto: a silhouette where nearly all pixels are black or "
-                  "white, which is taken as seen by the camera of the published images",
-           .choices = {"auto", "photo", "silhouette"}},
-          {.key = "fit_config",
-           .value = &options.fit_config,
-           .doc = "config file of drape_fit; empty: configs/programs/fit_bayes.json, a posterior "
-                  "of two numbers",
-           .is_path = true},
-          {.key = "draws",
-           .value = &options.draws,
-           .doc = "number of predicted drapes",
-           .least = 2,
-           .most = 4096},
-          {.key = "threads",
-           .value = &options.threads,
-           .doc = "number of threads of each step; 0: all cores",
-           .least = 0,
-           .most = 4096},
-          {.key = "out",
-           .value = &options.out,
-           .doc = "output folder; empty: out/ and the name of the picture",
-           .is_path = true}};
+  return {
+      NumberOption("mass", &options.mass, 0, 10000,
+                   "mass of the fabric by area, as weighed; needed", "g/m2"),
+      metres("specimen", &options.specimen, "diameter of the flat specimen"),
+      metres("support", &options.support, "diameter of the support"),
+      NumberOption("focal_35mm", &options.focal_35mm, 0, 2000,
+                   "focal length of the photograph's lens as for a full-frame camera; 0: from the "
+                   "file",
+                   "mm"),
+      {.key = "picture",
+       .value = &options.picture,
+       .doc = "what the picture is; auto: a silhouette where nearly all pixels are black or "
+              "white, which is taken as seen by the camera of the published images",
+       .choices = {"auto", "photo", "silhouette"}},
+      PathOption("fit_config", &options.fit_config,
+                 "config file of drape_fit; empty: configs/programs/fit_bayes.json, a posterior "
+                 "of two numbers"),
+      NumberOption("draws", &options.draws, 2, 4096, "number of predicted drapes"),
+      NumberOption("threads", &options.threads, 0, 4096,
+                   "number of threads of each step; 0: all cores"),
+      PathOption("out", &options.out, "output folder; empty: out/ and the name of the picture")};
 }
 
 // Points into `options`, which outlives it. verbs: a line for each program, for the help.

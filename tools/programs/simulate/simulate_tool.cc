@@ -451,10 +451,7 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
 
 std::vector<Option> FileOptions(SimulateOptions& options) {
   return {
-      {.key = "image",
-       .value = &options.image,
-       .doc = "silhouette (JPEG or PNG) to compare the drape with",
-       .is_path = true},
+      PathOption("image", &options.image, "silhouette (JPEG or PNG) to compare the drape with"),
       {.key = "dump_steps",
        .value = &options.dump_steps,
        .doc = "steps whose states are written to state_<step>.json; 0: the start",
@@ -478,11 +475,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
               "Newton's method from --start (static)",
        .choices = {"dynamic", "hybrid", "static"}},
       TimeStepOption(options.h),
-      {.key = "steps",
-       .value = &options.steps,
-       .doc = "number of time steps",
-       .least = 0,
-       .most = 1000000},
+      NumberOption("steps", &options.steps, 0, 1000000, "number of time steps"),
       BackendOption(options.backend),
   };
   return {

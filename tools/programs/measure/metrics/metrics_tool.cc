@@ -510,16 +510,11 @@ std::vector<Option> ViewOptions(MetricsOptions& options) {
 
 std::vector<Option> FileOptions(MetricsOptions& options) {
   return {
-      {.key = "csv",
-       .value = &options.csv,
-       .doc = "drapes by themselves: file with one line for each",
-       .is_path = true},
-      {.key = "overlay",
-       .value = &options.overlay,
-       .doc = "one drape by itself: PNG of its outline (blue), the support (green) and the flat "
-              "cloth (brown)",
-       .is_path = true},
-      {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true}};
+      PathOption("csv", &options.csv, "drapes by themselves: file with one line for each"),
+      PathOption("overlay", &options.overlay,
+                 "one drape by itself: PNG of its outline (blue), the support (green) and the flat "
+                 "cloth (brown)"),
+      PathOption("out", &options.out, "JSON file for the results")};
 }
 
 }  // namespace

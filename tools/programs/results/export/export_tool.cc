@@ -33,28 +33,18 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
           EnumOption("isotropic", options.target.keep,
                      "what an isotropic membrane (newton) is given: the nearest sheet, or exact "
                      "shear, or exact stretch and c12"),
-          {.key = "thickness",
-           .value = &options.thickness,
-           .doc = "of the fabric, which some targets need; 0: not known",
-           .unit = "m",
-           .least = 0,
-           .most = 0.1},
+          NumberOption("thickness", &options.thickness, 0, 0.1,
+                       "of the fabric, which some targets need; 0: not known", "m"),
           LawOption(options.law)};
 }
 
 std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
   std::vector<Option> list = {
       MeshOption("mesh", &options.mesh, "disc on which original and export are draped here"),
-      {.key = "starts",
-       .value = &options.starts,
-       .doc = "number of random starts of these drapes; 0: none",
-       .least = 0,
-       .most = 100},
-      {.key = "seed",
-       .value = &options.seed,
-       .doc = "random seed of the first start, and of the samples of a posterior",
-       .least = 0,
-       .most = 1000000000},
+      NumberOption("starts", &options.starts, 0, 100,
+                   "number of random starts of these drapes; 0: none"),
+      NumberOption("seed", &options.seed, 0, 1000000000,
+                   "random seed of the first start, and of the samples of a posterior"),
       ThreadsOption(options.threads)};
   return Concatenate(list, FieldOptionList(options.discs));
 }
@@ -79,18 +69,13 @@ std::vector<ExportTarget> ParseTargets(const std::vector<std::string>& names) {
 
 std::vector<Option> SampleOptions(PosteriorTableOptions& posterior) {
   return {
-      {.key = "draws",
-       .value = &posterior.draws,
-       .doc = "csv: number of new samples, a multiple of chains; 0: the samples whose drapes the "
-              "fit has computed, with their log-likelihood",
-       .least = 0,
-       .most = 1000000},
-      {.key = "chains",
-       .value = &posterior.chains,
-       .doc = "csv: chains that the samples are divided among, for readers that want several; "
-              "they are independent",
-       .least = 1,
-       .most = 1000}};
+      NumberOption(
+          "draws", &posterior.draws, 0, 1000000,
+          "csv: number of new samples, a multiple of chains; 0: the samples whose drapes the "
+          "fit has computed, with their log-likelihood"),
+      NumberOption("chains", &posterior.chains, 1, 1000,
+                   "csv: chains that the samples are divided among, for readers that want several; "
+                   "they are independent")};
 }
 
 // Drapes of the original and of what the targets make of it, on one model.

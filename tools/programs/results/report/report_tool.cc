@@ -15,6 +15,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/tool_main.h"
+#include "tools/inputs/common_options.h"
 
 namespace drape {
 namespace {
@@ -37,13 +38,11 @@ OptionTable ReportTable(ReportOptions& options) {
           "drape_metrics. Several are shown side by side.\n"
           "The page is one file for any browser. It needs no network, its charts and tables are "
           "complete without scripts, and it prints. Nothing is computed again.\n",
-      .options = {{.key = "out", .value = &options.out, .doc = "file of the page", .is_path = true},
-                  {.key = "max_mb",
-                   .value = &options.max_mb,
-                   .doc = "largest size of the page; what would make it larger is named instead",
-                   .unit = "MB",
-                   .least = 1.2,
-                   .most = 1000}},
+      .options = {PathOption("out", &options.out, "file of the page"),
+                  NumberOption(
+                      "max_mb", &options.max_mb, 1.2, 1000,
+                      "largest size of the page; what would make it larger is named instead",
+                      "MB")},
       .operands = &options.folders,
       .operand_names = "FOLDER..."};
 }

@@ -43,11 +43,8 @@ std::vector<Option> AxisOptions(BenchOptions& options) {
        .doc = "axis: one table, smooth fields, one table per face and hinge; for fits also bdp and "
               "bayes",
        .choices = {"homogeneous", "heterogeneous_modes", "heterogeneous_elements", "bdp", "bayes"}},
-      {.key = "draws",
-       .value = &axes.draws,
-       .doc = "axis: number of posterior samples of a fit of the model bdp or bayes, even",
-       .least = 2,
-       .most = 10000},
+      NumberOption("draws", &axes.draws, 2, 10000,
+                   "axis: number of posterior samples of a fit of the model bdp or bayes, even"),
       MeshOption("mesh", &axes.mesh, "axis: meshes, OBJ files or disc:N"),
       {.key = "solve",
        .value = &axes.integrator,
@@ -86,16 +83,10 @@ std::vector<Option> MachineAxisOptions(BenchAxes& axes) {
        .value = &axes.backend,
        .doc = "axis: backends",
        .choices = {"auto", "cpu", "cuda"}},
-      {.key = "threads",
-       .value = &axes.threads,
-       .doc = "axis: number of threads of a run",
-       .least = 1,
-       .most = static_cast<double>(MostThreads())},
-      {.key = "batch",
-       .value = &axes.batch,
-       .doc = "axis: number of equal drapes computed together; the times are for one of them",
-       .least = 1,
-       .most = 65536},
+      NumberOption("threads", &axes.threads, 1, static_cast<double>(MostThreads()),
+                   "axis: number of threads of a run"),
+      NumberOption("batch", &axes.batch, 1, 65536,
+                   "axis: number of equal drapes computed together; the times are for one of them"),
   };
 }
 
@@ -118,11 +109,8 @@ std::vector<Option> ProblemOptions(BenchOptions& options) {
                  "coarse and fine mesh whose drapes are extrapolated to the reference"),
       MeshOption("reference_relax_mesh", &job.reference.relax_mesh,
                  "mesh on which the reference is relaxed before Newton's method on these two"),
-      {.key = "order",
-       .value = &job.reference.order,
-       .doc = "order of convergence in the element size, used for the extrapolation",
-       .least = 0.5,
-       .most = 8},
+      NumberOption("order", &job.reference.order, 0.5, 8,
+                   "order of convergence in the element size, used for the extrapolation"),
       {.key = "branch_mm",
        .value = &job.measuring.branch_mm,
        .doc = "largest rms distance of the aligned outlines for a drape on the branch of the "
@@ -130,11 +118,7 @@ std::vector<Option> ProblemOptions(BenchOptions& options) {
        .unit = "mm",
        .least = 0,
        .above_least = true},
-      {.key = "repeats",
-       .value = &job.measuring.repeats,
-       .doc = "number of repeats of each run",
-       .least = 1,
-       .most = 1000},
+      NumberOption("repeats", &job.measuring.repeats, 1, 1000, "number of repeats of each run"),
       {.key = "run_seconds",
        .value = &job.measuring.seconds,
        .doc = "time after which a run is not repeated again",
@@ -152,18 +136,12 @@ std::vector<Option> ProblemOptions(BenchOptions& options) {
 std::vector<Option> FitOptionList(BenchOptions& options) {
   FitSpec& spec = options.job.fit.spec;
   return {
-      {.key = "images",
-       .value = &options.images,
-       .doc = "fits: silhouettes, fitted jointly; none: the silhouette of ground_truth",
-       .is_path = true},
-      {.key = "held_out",
-       .value = &options.held_out,
-       .doc = "fits: silhouettes on which the fitted drapes are scored",
-       .is_path = true},
-      {.key = "ground_truth",
-       .value = &options.ground_truth,
-       .doc = "fits without images: material of a synthetic silhouette",
-       .is_path = true},
+      PathOption("images", &options.images,
+                 "fits: silhouettes, fitted jointly; none: the silhouette of ground_truth"),
+      PathOption("held_out", &options.held_out,
+                 "fits: silhouettes on which the fitted drapes are scored"),
+      PathOption("ground_truth", &options.ground_truth,
+                 "fits without images: material of a synthetic silhouette"),
       MeshOption("ground_truth_mesh", &options.ground_truth_mesh,
                  "mesh of the synthetic silhouette"),
       {.key = "candidates_per_round",
@@ -174,32 +152,22 @@ std::vector<Option> FitOptionList(BenchOptions& options) {
        .value = &spec.stages.iterations,
        .doc = "fits: as in drape_fit",
        .least = 1},
-      {.key = "posterior_iterations",
-       .value = &spec.posterior.iterations,
-       .doc = "fits: as in drape_fit",
-       .least = 0,
-       .most = 10000},
-      {.key = "min_relative_stiffness",
-       .value = &spec.min_relative_stiffness,
-       .doc = "fits: as in drape_fit",
-       .least = 0,
-       .most = 1},
+      NumberOption("posterior_iterations", &spec.posterior.iterations, 0, 10000,
+                   "fits: as in drape_fit"),
+      NumberOption("min_relative_stiffness", &spec.min_relative_stiffness, 0, 1,
+                   "fits: as in drape_fit"),
   };
 }
 
 std::vector<Option> FileOptions(BenchOptions& options) {
   return {
-      {.key = "published",
-       .value = &options.published,
-       .doc = "drapes: file of published times of a step, such as "
-              "configs/studies/speed_published.json, drawn beside the runs in codes.png; needs the "
-              "laws smooth and reference",
-       .is_path = true},
-      {.key = "error_margin",
-       .value = &options.error_margin,
-       .doc = "drapes: factor on the errors in accuracy.json",
-       .least = 1,
-       .most = 10},
+      PathOption(
+          "published", &options.published,
+          "drapes: file of published times of a step, such as "
+          "configs/studies/speed_published.json, drawn beside the runs in codes.png; needs the "
+          "laws smooth and reference"),
+      NumberOption("error_margin", &options.error_margin, 1, 10,
+                   "drapes: factor on the errors in accuracy.json"),
   };
 }
 

@@ -31,11 +31,7 @@ std::vector<Option> ClothAndSteps(SpeedOptions& options) {
       FabricOption(&job.material),
       LawOption(job.law),
       TimeStepOption(job.h),
-      {.key = "steps",
-       .value = &job.steps,
-       .doc = "number of time steps of a rollout",
-       .least = 1,
-       .most = 1000000},
+      NumberOption("steps", &job.steps, 1, 1000000, "number of time steps of a rollout"),
   };
 }
 
@@ -46,25 +42,16 @@ std::vector<Option> MeasurementOptions(SpeedOptions& options) {
   return {
       BackendOption(job.backend),
       threads,
-      {.key = "batch",
-       .value = &job.batches,
-       .doc = "numbers of equal rollouts computed together; times are for one of them",
-       .least = 1,
-       .most = 65536},
-      {.key = "repeats",
-       .value = &job.repeats,
-       .doc = "number of repeats of each rollout",
-       .least = 1,
-       .most = 1000},
+      NumberOption("batch", &job.batches, 1, 65536,
+                   "numbers of equal rollouts computed together; times are for one of them"),
+      NumberOption("repeats", &job.repeats, 1, 1000, "number of repeats of each rollout"),
       {.key = "run_seconds",
        .value = &job.seconds,
        .doc = "time after which a rollout is not repeated again",
        .unit = "s",
        .least = 0},
-      {.key = "published",
-       .value = &options.published,
-       .doc = "table of figures of others, with their sources, to print beside",
-       .is_path = true},
+      PathOption("published", &options.published,
+                 "table of figures of others, with their sources, to print beside"),
   };
 }
 
