@@ -19,7 +19,7 @@ class FitsTest(PythonTest):
         cls.simulator = drapefit.Simulator(drapefit.disc(150), threads=2)
 
     def silhouette(self):
-        run_program("drape_simulate", "--mesh=disc:150", f"--material={WOOL}",
+        run_program("drape_simulate", "--mesh=disc:150", f"--fabric={WOOL}",
                     f"--start={SIX_WAVES}", "--solve=hybrid", "--time_step=0.1", "--steps=60",
                     f"--out={self.folder / 'drape'}")
         return self.folder / "drape/silhouette.png"
@@ -29,7 +29,7 @@ class FitsTest(PythonTest):
         fit = drapefit.fit(image, self.wool, density=0.2, **QUICK)
         self.assertTrue(fit.fitted)
         flags = [f"--{key}={drapefit._text(value)}" for key, value in QUICK.items()]
-        run_program("drape_fit", f"--images={image}", f"--material={WOOL}", "--density=0.2", *flags,
+        run_program("drape_fit", f"--images={image}", f"--fabric={WOOL}", "--density=0.2", *flags,
                     f"--out={self.folder / 'fit'}")
         results = drapefit.read_folder(self.folder / "fit")
         self.assertEqual(fit.material.bend.tolist(), results["material"].bend.tolist())

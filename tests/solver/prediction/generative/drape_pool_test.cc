@@ -31,7 +31,9 @@ class DrapePoolTest : public testing::Test {
     return {.mesh = "disc:100", .drapes = drapes, .settle = {.steps = {.h = 0.1, .steps = 30}}};
   }
   const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 100);
-  const std::string path_ = testing::TempDir() + "/drape_pool_test.json";
+  const std::string path_ = testing::TempDir() + "/" +
+                            testing::UnitTest::GetInstance()->current_test_info()->name() +
+                            "_pool.json";
 };
 
 void ExpectSame(const DrapePool& a, const DrapePool& b) {

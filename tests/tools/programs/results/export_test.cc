@@ -217,15 +217,15 @@ TEST_F(ExportTool, ScriptsPassTheNumbersOfTheirSolver) {
 
 TEST_F(ExportTool, BadInputIsOneLine) {
   const std::string out = "--out=" + Path("out");
-  ExpectOneLineError(Export({"--to=clo", out}), "expected one: a material file or a folder");
-  ExpectOneLineError(Export({"--fabric=" + kFabric, kFabric, "--to=clo", out}), "found 2 sources");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, kFabric, "--to=clo", out}),
+                     "expected --key=value");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=maya", out}), "maya");
   ExpectOneLineError(Export({"--fabric=" + kFabric, out}), "'to'");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--isotropic=both", out}),
                      "nearest");
-  ExpectOneLineError(Export({Path(""), "--to=clo", out}), "neither posterior.json nor material");
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=clo", out}), "found no material.json");
   ExpectOneLineError(Export({"--fabric=" + kViscose, "--to=clo", out}), "--min_relative_stiffness");
-  ExpectOneLineError(Export({Path("none.json"), "--to=clo", out}), "none.json");
+  ExpectOneLineError(Export({"--fabric=" + Path("none.json"), "--to=clo", out}), "none.json");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--mesh=disc:x", out}), "disc:x");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--mesh=strip:0.2x0.05x8", out}),
                      "expected disc:N");

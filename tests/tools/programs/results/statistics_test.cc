@@ -97,8 +97,8 @@ TEST_F(StatisticsTest, StatisticiansOpenThePosterior) {
   Write("prediction/summary.json",
         R"({"drapes": [{"dc": 0.4, "folds": 7}, {"status": "lost"}, {"dc": 0.5, "folds": 6}]})");
   const std::vector<std::string> command = {
-      Path(""),     "--to=csv",         "--draws=4000",        "--chains=4",
-      "--starts=0", "--linear_at=rest", "--out=" + Path("out")};
+      "--fabric=" + Path(""), "--to=csv",         "--draws=4000",        "--chains=4",
+      "--starts=0",           "--linear_at=rest", "--out=" + Path("out")};
   const ProcessResult result = Export(command);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   Write("read.py", kReadPosterior);

@@ -253,7 +253,7 @@ TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
   const std::string table = Path("out/accuracy.json");
   ASSERT_EQ(Bench().exit_code, 0);
   const std::vector<std::string> command = {
-      kSimulate,          "--fabric=" + kRedWool,    "--start=" + kSeed,
+      kSimulate,          "--fabric=" + kRedWool,      "--start=" + kSeed,
       "--accuracy=exact", "--accuracy_table=" + table, "--out=" + Path("drape")};
   const ProcessResult picked = RunProcess(command);
   ASSERT_EQ(picked.exit_code, 0) << picked.err;

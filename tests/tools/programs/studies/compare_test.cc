@@ -180,7 +180,7 @@ TEST_F(CompareTool, HelpAndConfigsAreComplete) {
     const Json config = Json::parse(Read(configs + name), nullptr, true, true);
     for (const auto& [key, value] : config.items())
       EXPECT_THAT(help, HasSubstr("\n  --" + key)) << name;
-    for (const std::string material : config["materials"])
+    for (const std::string material : config["fabric"])
       EXPECT_TRUE(std::filesystem::exists(configs + material)) << material;
     const ProcessResult list = RunProcess({kCompare, std::string("--config=") + configs + name,
                                            "--list", "--data=" + data_, "--out=" + Path("out")});

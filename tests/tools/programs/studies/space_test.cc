@@ -167,9 +167,8 @@ TEST_F(SpaceShares, PredictionsNeedNoFit) {
                      "found a pool of mesh disc:120, expected disc:150");
   ExpectOneLineError(run("--share=0/2"), "option 'ways': found no 'posterior'");
   ExpectOneLineError(run("--ways=features,telepathy"), "option 'ways': found 'telepathy'");
-  ExpectOneLineError(run("--ways=posterior"), "option 'material': not given");
   const ProcessResult all = Run(
-      {"--ways=posterior,predictions,features", options[2], options[3], "--pool_mesh=disc:120"});
+      {"--ways=posterior,predictions,features", options[1], options[2], "--pool_mesh=disc:120"});
   ASSERT_EQ(all.exit_code, 0) << all.err;
   for (const char* way : {"posterior (A)", "A and B", "A and features", "A, B and features"})
     EXPECT_THAT(all.out, testing::HasSubstr(std::string("| ") + way + " | 4 |"));

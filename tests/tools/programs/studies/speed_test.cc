@@ -16,7 +16,7 @@ class SpeedTool : public ToolFixture {
   ProcessResult Run(const std::vector<std::string>& more) const {
     std::vector<std::string> command = {
         kSpeed,          "--fabric=" + kFabric, "--steps=5",           "--repeats=2",
-        "--backend=cpu", "--threads=1",           "--out=" + Path("out")};
+        "--backend=cpu", "--threads=1",         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }

@@ -35,7 +35,8 @@ TEST_F(ExportMaterialTest, ArcsimReadsBackBitForBit) {
   EXPECT_TRUE(back.warnings.empty());
   EXPECT_EQ(back.field.density, record.source.material.field.density);
   for (int i = 0; i < kStretchEntries; ++i)
-    EXPECT_EQ(back.field.stretch[0].entries()[i], record.source.material.field.stretch[0].entries()[i]);
+    EXPECT_EQ(back.field.stretch[0].entries()[i],
+              record.source.material.field.stretch[0].entries()[i]);
   for (int i = 0; i < kBendEntries; ++i)
     EXPECT_EQ(back.field.bend[0].entries()[i], record.source.material.field.bend[0].entries()[i]);
   EXPECT_TRUE(exported.lost.empty());
