@@ -89,10 +89,10 @@ class ElementFitter {
   // A fit from one deviation of all entries, its drapes followed from those of another.
   bool FitFrom(double drapes, double deviation) {
     if (mode_.Cancelled()) return false;
-    constexpr int n = kMaterialEntries;
-    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
+    constexpr int kCount = kMaterialEntries;
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(kCount, kCount);
     const Eigen::VectorXd& mean = fit_.mode.gaussian.mean;
-    CHECK_EQ(mean.size(), n) << "each entry has a mean of its own";
+    CHECK_EQ(mean.size(), kCount) << "each entry has a mean of its own";
     const auto draws = MakeSamples(options_.draws, kFitStream, LostBranchPolicy::kExtrapolate);
     if (!draws->StartAt(ReadPoint({mean, unit, drapes * unit}))) return false;
     fit_.distribution =

@@ -36,15 +36,37 @@ struct WearOptions {
   ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 100};
 };
 
+// Wear sets friction and contact by its own options. Threads, solver, cancel and on_accept leave
+// the result as it is.
+template <MutableOrConst<ImplicitEulerOptions> Options, class Visitor>
+void VisitFields(Options& euler, Visitor&& visit) {
+  auto& [tolerance, max_iterations, max_halvings, unused_friction, unused_self_friction,
+         creep_speed, friction_rounds, friction_change, unused_self_contact, threads, linear_solver,
+         cancel, on_accept] = euler;
+  visit(tolerance, Field{.key = "tolerance",
+                         .doc = "unbalanced force at the end of a time step, relative to the "
+                                "weight of the garment",
+                         .least = 1e-10,
+                         .most = 0.1});
+  visit(max_iterations, Field{.key = "max_iterations", .is_option = false});
+  visit(max_halvings, Field{.key = "max_halvings", .is_option = false});
+  visit(creep_speed, Field{.key = "creep_speed",
+                           .doc = "relative speed below which contacts that hold creep",
+                           .unit = "m/s",
+                           .least = 1e-6,
+                           .most = 1});
+  visit(friction_rounds, Field{.key = "friction_rounds",
+                               .doc = "at most so many solutions of a time step, each with the "
+                                      "normal forces of the last",
+                               .least = 1,
+                               .most = 100});
+  visit(friction_change, Field{.key = "friction_change", .is_option = false});
+}
+
 template <MutableOrConst<WearOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [h, steps_per_frame, frames, thickness, skin_offset, friction, self_contact, self_friction,
          start_noise, pin_stiffness, euler] = options;
-  // Wear sets friction and contact by its own options. Threads, solver, cancel and on_accept leave
-  // the result as it is.
-  auto& [tolerance, max_iterations, max_halvings, unused_friction, unused_self_friction,
-         creep_speed, friction_rounds, friction_change, unused_self_contact, threads, linear_solver,
-         cancel, on_accept] = euler;
   visit(h, Field{.key = "time_step",
                  .doc = "largest time step; a frame of .04 s has a whole number of them",
                  .unit = "s",
@@ -53,13 +75,6 @@ void VisitFields(Options& options, Visitor&& visit) {
                  .above_least = true});
   visit(steps_per_frame, Field{.key = "steps_per_frame", .is_option = false});
   visit(frames, Field{.key = "frames", .is_option = false, .in_key = false});
-  visit(tolerance, Field{.key = "tolerance",
-                         .doc = "unbalanced force at the end of a time step, relative to the "
-                                "weight of the garment",
-                         .least = 1e-10,
-                         .most = 0.1});
-  visit(max_iterations, Field{.key = "max_iterations", .is_option = false});
-  visit(max_halvings, Field{.key = "max_halvings", .is_option = false});
   visit(start_noise, Field{.key = "start_noise",
                            .doc = "random displacement of the cloth before the first step, its "
                                   "standard deviation",
@@ -86,18 +101,8 @@ void VisitFields(Options& options, Visitor&& visit) {
                              .doc = "coefficient of friction of the cloth with itself",
                              .least = 0,
                              .most = 10});
-  visit(creep_speed, Field{.key = "creep_speed",
-                           .doc = "relative speed below which contacts that hold creep",
-                           .unit = "m/s",
-                           .least = 1e-6,
-                           .most = 1});
-  visit(friction_rounds, Field{.key = "friction_rounds",
-                               .doc = "at most so many solutions of a time step, each with the "
-                                      "normal forces of the last",
-                               .least = 1,
-                               .most = 100});
-  visit(friction_change, Field{.key = "friction_change", .is_option = false});
   visit(pin_stiffness, Field{.key = "pin_stiffness", .is_option = false});
+  VisitFields(euler, visit);
 }
 
 // One frame, and what the steps that led to it took.

@@ -121,8 +121,7 @@ Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
 
 // Images and meshes in a folder, sorted. Throws InputError for fewer than `least`.
 std::vector<std::string> DrapesIn(const std::string& folder, size_t least) {
-  const auto files =
-      FilesIn(folder, [](const fs::path& path) { return IsMesh(path) || IsImage(path); });
+  auto files = FilesIn(folder, [](const fs::path& path) { return IsMesh(path) || IsImage(path); });
   if (files.size() < least) {
     throw InputError(folder, "found " + std::to_string(files.size()) +
                                  " images and meshes, expected at least " + std::to_string(least));
