@@ -146,7 +146,7 @@ double DistanceFrom(const cv::RotatedRect& ellipse, const Vector2d& p) {
   return (1 - 1 / std::max(std::hypot(u, v), 1e-6)) * d.norm();
 }
 
-// On each ray the edge nearest to the ellipse, where it is within the tolerance.
+// The edge nearest to the ellipse on each ray, where it is within the tolerance.
 std::vector<Vector2d> PointsOn(const std::vector<Edge>& edges, const cv::RotatedRect& ellipse,
                                double tolerance) {
   std::vector<Vector2d> points;

@@ -22,7 +22,7 @@ extern char** environ;
 namespace drape {
 namespace {
 
-// In memory, so that no folder for temporary files is needed; gone when closed.
+// A file in memory, which needs no folder for temporary files; gone when closed.
 class MemoryFile {
  public:
   MemoryFile() : descriptor_(memfd_create("drape", MFD_CLOEXEC)) {

@@ -78,7 +78,7 @@ struct DrapeSample {
   GrayImage silhouette;  // through CameraAbove
 };
 
-// In the order of their seeds; fewer when *cancel turns true.
+// Returns drapes in the order of their seeds; fewer when *cancel turns true.
 std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField& material,
                                           const SamplingOptions& options,
                                           const RunControl& control);

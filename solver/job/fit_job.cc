@@ -174,7 +174,7 @@ void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
               : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
 }
 
-// That fit ends with the last of its stages that succeeds.
+// The fit of strips ends with the last of its stages that succeeds.
 void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
   const auto* const tying =

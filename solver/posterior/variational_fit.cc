@@ -316,7 +316,7 @@ struct HierarchicalSamples::SampleState {
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), outlines.num_parameters()) = u;
   }
-  // On the backend of a task, which lives for the call only.
+  // Runs on the backend of a task, which lives for the call only.
   void Run(Backend* backend, const Eigen::VectorXd& u, bool with_jacobians, double least_step) {
     outlines.Rebind(backend);
     if (!outlines.has_accepted() && !with_jacobians) {

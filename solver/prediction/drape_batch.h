@@ -70,7 +70,7 @@ class DrapeBatch {
   // How drape i moves, shape [3V]; empty where that has no derivative.
   Eigen::VectorXd Move(int i, const DrapeInputs& change, StepSolver& solver,
                        const std::atomic<bool>* cancel) const;
-  // Of the drapes `members`, from ∂L/∂x of each of the B drapes, shape [3V, 1].
+  // Adds the adjoints of the drapes `members`, from ∂L/∂x of each of the B drapes, shape [3V, 1].
   void AddAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
                    const std::atomic<bool>* cancel, DrapeInputs* gradient) const;
   void AddEquilibriumAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,

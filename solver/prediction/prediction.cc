@@ -132,7 +132,7 @@ constexpr int kPerOctave = 4;               // lattice points
 constexpr int kFirstStep = kPerOctave;      // one octave
 constexpr int kFarthest = 4 * kPerOctave;   // a factor of 16
 
-// Of a point of the lattice.
+// The factor at a point of the lattice.
 double FactorAt(int point) { return std::exp2(double(point) / kPerOctave); }
 
 FeatureVector CalibrationScales() {
@@ -141,7 +141,7 @@ FeatureVector CalibrationScales() {
   return scales;
 }
 
-// Of one face, or of all together.
+// The search for the factor of one face, or of all faces together.
 class CompassSearch {
  public:
   CompassSearch(Backend& backend, const MaterialSource& materials,

@@ -25,7 +25,7 @@ namespace drape {
 // Drapes of a fabric as a distribution [METHODS, P39]: fabric → specimen,
 // with a start shape and log scales of its own → capture, with noise on that start → drape at rest.
 
-// On all bend entries of every specimen, when this face lies up; > 0.
+// Factors on all bend entries of every specimen, when this face lies up; > 0.
 struct BendFactors {
   double up = 1.0, down = 1.0;
   double of(ClothFace face) const { return face == ClothFace::kDown ? down : up; }
@@ -167,9 +167,8 @@ FabricSource ReadFabric(const std::string& path, const MaterialPolicy& policy = 
 //  - "table", "field": the same for all;
 //  - "hierarchy": one table, the fabric's log factors sampled from their mean and covariance, those
 //    of the specimen from their prior;
-//  - "bdp": the fabric's 39 fitted means and deviations, and for each face and hinge a sample of
-//  its
-//    own, exp(mean + deviation·ε).
+//  - "bdp": the fabric's 39 fitted means and deviations, and for each face and hinge a sample
+//    of its own, exp(mean + deviation·ε).
 MaterialSource MakeSpecimens(const FabricSource& fabric, const Mesh& mesh, uint64_t seed);
 
 // Independent samples of what a fit knows of a fabric, or assumed of it.

@@ -18,7 +18,7 @@ Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
 Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // 0: all cores, which is the default of each program
-// That option as a count. Throws InputError when so many cannot be started (RequireThreads).
+// The threads as a count. Throws InputError when so many cannot be started (RequireThreads).
 int CountThreads(int threads);
 int MostThreads();  // that make sense on this machine
 // Throws InputError when so many threads cannot run at once, as under a limit of memory, where

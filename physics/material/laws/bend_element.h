@@ -43,7 +43,7 @@ DRAPE_HD inline double DihedralAngle(const HingeCorners& c) {
   return std::atan2(-Dot(e, Cross(N0, N1)) / std::sqrt(Dot(e, e)), Dot(N0, N1));
 }
 
-// Both wings of a hinge, which the gradient and the Hessian of θ share.
+// The two wings of a hinge, which the gradient and the Hessian of θ share.
 template <class T>
 struct WingPair {
   Vec3<T> edge, apex[2];  // relative to n0

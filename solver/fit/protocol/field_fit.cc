@@ -32,7 +32,7 @@ Eigen::VectorXd VertexAreas(const Mesh& mesh) {
 }
 
 constexpr int kModesDisc = 1200;  // vertices of the disc on which modes are found
-// In units of the prior, beside squared singular values up to some 1e5.
+// The damping is in units of the prior, beside squared singular values up to some 1e5.
 constexpr double kMaxDamping = 1e7;
 // The drape of a single table has been fitted to the end of its branch: trials move to the next
 // branch, millimetres away, and Newton needs 30 to 60 iterations for that.

@@ -19,7 +19,7 @@
 namespace drape {
 namespace {
 
-// In one batch, with all lifts: many keep a GPU busy, few keep the progress line up to date.
+// One batch, with all lifts: many keep a GPU busy, few keep the progress line up to date.
 constexpr int kMaterialsAtATime = 16;
 
 struct Trial {

@@ -66,7 +66,7 @@ struct FabricBelief {
   // Standard deviations of a specimen's log factors on all stretch and on all bend entries.
   Eigen::Vector2d specimen_sd = Eigen::Vector2d::Zero();
 };
-// In z.
+// The belief in the coordinates z.
 NormalDistribution BeliefAt(const SpaceFrame& frame, const FabricBelief& fabric, BeliefLevel level);
 
 // The last parts of the folders where they differ, otherwise their paths without the parts at the

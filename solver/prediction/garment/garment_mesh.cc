@@ -20,8 +20,8 @@ using Eigen::Vector2d;
 using Segments = std::vector<std::pair<int, int>>;
 
 constexpr int kRelaxationSteps = 100;
-// Of a vertex inside from the outline, in edges: a vertex of the outline has a strip of half the
-// height of a triangle.
+// The distance of an inner vertex from the outline, in edges: a vertex of the outline has a strip
+// of half the height of a triangle.
 constexpr double kClearance = std::numbers::sqrt3 / 4;
 
 constexpr double kLeastArea = 1e-6;  // of a triangle, in squares of an edge

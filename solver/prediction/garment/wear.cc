@@ -62,7 +62,7 @@ Intersections FindIntersections(const std::vector<std::array<int, 3>>& cloth,
   return found;
 }
 
-// With the body as it moves from one time to another.
+// The contact with the body as it moves from one time to another.
 Contact BodyContact(const Body& body, const WearOptions& options, double before, double now) {
   const auto places = [&](double t) -> Eigen::Matrix3Xd {
     const Eigen::VectorXd x = body.Positions(t);
@@ -194,7 +194,7 @@ class Wearing {
     }
     return "";
   }
-  // Of the last step that was tried.
+  // The failure of the last step that was tried.
   const ImplicitEulerFailure& failure() const { return euler_->failure(); }
 
   WornFrame Frame(int index, double time, const State& state) const {

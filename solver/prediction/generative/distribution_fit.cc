@@ -30,7 +30,7 @@ constexpr int kMeans = kSpecimenNumbers + kDiffering;
 constexpr int kUnknowns = kMeans + kSpecimenNumbers;
 static_assert(kUnknowns == kDistributionNumbers);
 
-// Of the mean of a number on a face among the unknowns.
+// The index of the mean of a number on a face among the unknowns.
 int MeanIndex(int number, int face) {
   return face == 1 && DiffersByFace(number) ? kSpecimenNumbers + number : number;
 }
@@ -160,7 +160,7 @@ std::vector<SpecimenDistribution> ListMinima(std::vector<Minimum> found) {
   return minima;
 }
 
-// Of each capture, which sample it is of, from 0.
+// The sample of each capture, from 0.
 std::vector<int> SampleOfCaptures(const std::vector<TrainingDrape>& training, int* samples) {
   std::set<int> numbers;
   for (const TrainingDrape& seen : training) numbers.insert(seen.sample);
@@ -207,7 +207,7 @@ struct Columns {
   double per_metre_;
 };
 
-// Of all columns of a to all of b, shape [b, a].
+// The distances of all columns of a to all columns of b, shape [b, a].
 Eigen::MatrixXf DistancesBetween(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
   Eigen::MatrixXf squared = -2.0f * (b.transpose() * a);
   squared.rowwise() += a.colwise().squaredNorm();
@@ -256,7 +256,7 @@ std::vector<SpecimenDistribution> WithOtherDirections(const SpecimenDistribution
   return starts;
 }
 
-// Of a distribution on one face, the sum 1, shape [n].
+// The weights of the drapes in a distribution on one face, with the sum 1, shape [n].
 Eigen::VectorXd WeightsOfDrapes(const WeightedDrapes& drapes,
                                 const SpecimenDistribution& distribution, int face) {
   const Eigen::Index n = drapes.numbers.cols();

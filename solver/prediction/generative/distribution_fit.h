@@ -97,7 +97,7 @@ struct WeightedDrapes {
   double least_effective = 0.0;  // DistributionFitOptions
 };
 
-// Of a pool, and its distance from the drapes that it is compared with.
+// A drape of a pool, and its distance from the drapes that it is compared with.
 struct NearDrape {
   int index = 0;
   double away = 0.0;

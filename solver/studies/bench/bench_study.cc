@@ -228,7 +228,7 @@ class Bench {
   std::vector<std::string> folders_;       // of the files of each fit
   std::vector<Study> references_;          // of one cell each
   std::vector<std::size_t> reference_of_;  // each run
-  // Of the run that is next: its reference, or why there is none.
+  // The reference of the run that is next, or why there is none.
   std::optional<std::size_t> found_;
   std::optional<BenchReference> reference_;
   std::string no_reference_;

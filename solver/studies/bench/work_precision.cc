@@ -36,7 +36,7 @@ json DrapeJson(const BenchDrape& drape) {
           {"jacobian", Numbers(drape.jacobian)}};
 }
 
-// Of that size, or none.
+// Reads a derivative of that size, or none.
 Eigen::VectorXd ReadDerivative(const JsonInput& input, int size) {
   return input.ExpectArray().Size() == 0 ? Eigen::VectorXd() : input.Vector(size);
 }

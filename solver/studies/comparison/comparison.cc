@@ -388,7 +388,7 @@ PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSp
   return prediction;
 }
 
-// With the files that the fit reads.
+// A cell with the files that the fit reads.
 StudyCell MakeCell(const SharedSplit& shared, const ComparedModel& model) {
   StudyCell cell = CheckedCell(CellName(shared.fabric, model.name, shared.seed), {}, [&] {
     if (model.fit) ReadFitInput(model.ApplyTo(shared.fit), shared.data);

@@ -69,7 +69,7 @@ struct Comparison {
   // The cells are the runs "fabric_3/homogeneous/seed_1", by fabric, seed and model, in folders of
   // these names below `out`, beside fabric_<N>/split_<K>.json.
   Study study;
-  // Of a study that is complete: {"format", "version", "models": [{"name", "meaning"}],
+  // The numbers of a complete study: {"format", "version", "models": [{"name", "meaning"}],
   // "runs": [{"fabric", "model", "seed", …}]} with the results of RunExperiment, the models from
   // the simplest on. The trivial predictors "other samples", "normal" and "circle" are runs too;
   // they learn from the captures that are fitted.

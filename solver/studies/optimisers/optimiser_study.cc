@@ -28,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Those under which any drape counts, however far from the prediction.
+// The options under which any drape counts, however far from the prediction.
 OutlineResidualOptions AnyBranch(OutlineResidualOptions options) {
   options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
   return options;

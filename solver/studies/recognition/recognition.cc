@@ -55,7 +55,7 @@ std::optional<json> FitOne(const FitCellJob& job, const FitCell& cell, const Run
   return json{{"folder", cell.name}};
 }
 
-// With the files that the fit reads, up to the one that it refuses.
+// A cell with the files that the fit reads, up to the one that it refuses.
 StudyCell MakeStudyCell(const FitCellJob& job, const FitCell& cell) {
   return CheckedCell(cell.name, {}, [&] {
     try {

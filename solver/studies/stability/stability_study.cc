@@ -428,7 +428,7 @@ json StabilityRunner::MeasureDamping(const StabilityCase& run, int mode) {
   const Integrator step = MakeStep(run, scene);
   State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
               Eigen::VectorXd::Zero(rest.size())};
-  // Of amplitude a and velocity b along the mode: √(ω²a² + b²).
+  // The norm of amplitude a and velocity b along the mode: √(ω²a² + b²).
   const auto energy_norm = [&] {
     return std::hypot(omega * weighed.dot(state.x - rest), weighed.dot(state.v));
   };

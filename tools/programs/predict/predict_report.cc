@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Of one feature over the drapes at rest; at least two.
+// The distribution of one feature over the drapes at rest; at least two.
 struct FeatureDistribution {
   Spread spread;
   CentralInterval half, ninety;
@@ -147,7 +147,7 @@ std::vector<LearnedNumber> ListMeans(const DistributionFit& fit) {
   return all;
 }
 
-// Those of one specimen, by its drapes with this face up.
+// The numbers of one specimen, by its drapes with this face up.
 std::vector<LearnedNumber> ListNumbers(const SpecimenPosterior& posterior, ClothFace face) {
   std::vector<LearnedNumber> all;
   for (int k = 0; k < kSpecimenNumbers; ++k) {
@@ -202,7 +202,7 @@ std::string LearnedText(const PredictionRun& run) {
                     fit.score, fit.cross_validated, fit.effective, fit.drapes);
 }
 
-// By their keys, "log_bending_length_up".
+// Intervals by the keys of numbers, "log_bending_length_up".
 Json IntervalsJson(const std::vector<LearnedNumber>& numbers) {
   Json json = Json::object();
   for (const LearnedNumber& learned : numbers)

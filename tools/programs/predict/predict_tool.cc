@@ -86,7 +86,7 @@ std::vector<ClothFace> ListFaces(const std::string& face) {
   return {ClothFace::kUp, ClothFace::kDown};
 }
 
-// Those of the fit, unless the user asks for the drapes of others.
+// The discs of the fit, unless the user asks for other ones.
 DiscsInput ChooseDiscs(const PredictToolOptions& options) {
   DiscsInput chosen = options.scene.discs;
   if (const auto fitted = StoredDiscs(options.scene.fabric.path + "/summary.json")) {

@@ -13,7 +13,7 @@ namespace drape {
 // [Ericson 2005, 5.1.5]. Exactly 0 for corners that an edge or a corner leaves out.
 Eigen::Vector3d NearestWeights(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                const Eigen::Vector3d& b, const Eigen::Vector3d& c);
-// These weights for host and device.
+// The weights of the nearest points, for host and device.
 DRAPE_HD inline Vec3<double> NearestWeights(const Vec3<double>& p, const Vec3<double>& a,
                                             const Vec3<double>& b, const Vec3<double>& c) {
   const Vec3<double> ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;

@@ -16,12 +16,12 @@ namespace drape {
 struct PatternEdge {
   Eigen::Vector2d begin, end;                 // [m]
   std::vector<Eigen::Vector2d> control = {};  // of a Bézier curve: one or two points [m]
-  // Of an arc: its signed angle [rad], positive counter-clockwise; zero for the other kinds.
+  // The signed angle of an arc [rad], positive counter-clockwise; zero for the other kinds.
   double arc_angle = 0;
 
   // The point at share s = 0 … 1 of the curve's own parameter [m].
   Eigen::Vector2d At(double s) const;
-  // By chords of 1/512 of the parameter [m].
+  // The length by chords of 1/512 of the parameter [m].
   double Length() const;
   // n + 1 points at equal distances along the curve, both ends included, which are exact. n ≥ 1.
   std::vector<Eigen::Vector2d> Divided(int n) const;
