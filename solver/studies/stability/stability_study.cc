@@ -195,7 +195,7 @@ struct Task {
   int mode = 0;  // of damping
 
   std::string Name() const {
-    const std::string name = CaseName(run);
+    std::string name = CaseName(run);
     if (kind == Kind::kRun) return name;
     return kind == Kind::kLimit ? "limit of " + name
                                 : "damping of " + name + " mode=" + std::to_string(mode + 1);
@@ -412,7 +412,7 @@ json StabilityRunner::MeasureLimit(StabilityCase run) const {
 
 json StabilityRunner::MeasureDamping(const StabilityCase& run, int mode) {
   constexpr double kMove = 1e-5, kDecay = 3.0;  // largest at first [m]; of the logarithm in all
-  const json none = {{"omega_1_s", nullptr}};
+  json none = {{"omega_1_s", nullptr}};
   const Eigen::VectorXd& rest = ReferenceShape(run);
   if (rest.size() == 0) return none;
   const StabilityScene scene = MakeScene(run);
