@@ -174,7 +174,7 @@ struct DrapeComparison {
   Alignment alignment;
 };
 
-// Both drapes must be of the same discs and seen by the same camera.
+// The two drapes must be of the same discs and seen by the same camera.
 DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b);
 
 DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b, const Camera& camera);

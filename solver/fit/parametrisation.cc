@@ -233,7 +233,7 @@ Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& tab
     for (const Column c : {kC11, kC22, kC33}) eta[c] = std::log(to[c] / from[c]);
     eta[kC12] = 0.5 * (eta[kC11] + eta[kC22]);
     if (from[kC12] == 0.0 && to[kC12] == 0.0) continue;
-    // Both shares are on the scale of the base's ρmax: u = logit(share) − logit(share of the base).
+    // The two shares are on the scale of the base's ρmax: u = logit(share) − logit(base's share).
     const double slack = 1.0 - CouplingShare(from, from), left = 1.0 - CouplingShare(from, to);
     eta[kC12] = std::log(to[kC12] / from[kC12] * slack / left);
   }

@@ -114,12 +114,12 @@ Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& tab
 
 // The inverse for one table of each kind, shape [39]: a bend entry has the logarithm of the ratio.
 Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table);
-// Their means over the entries that each number of a tying T is on, shape [P]; the columns of T,
-// shape [39, P], are ones and zeros.
+// The means of log factors over the entries of each number of a tying T, shape [P]; the columns of
+// T, shape [39, P], are ones and zeros.
 Eigen::VectorXd MeanLogFactors(const Eigen::MatrixXd& tie, const Eigen::VectorXd& log_factors);
 
-// In place, shape [24]: a change of η becomes the change of the log entries at `table`, which is
-// ApplyLogFactors(base, η).
+// Turns a change of η into the change of the log entries at `table`, which is
+// ApplyLogFactors(base, η), in place, shape [24].
 void PushLogFactors(const StretchTable& base, const StretchTable& table, double* change);
 
 // The transpose, in place: gradient by the log entries → gradient by η.

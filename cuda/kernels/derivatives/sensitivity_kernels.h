@@ -53,16 +53,6 @@ void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, con
 // of the columns ∂g/∂p, [3V] a slot.
 void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs);
 
-// Sparse rows of all slots, one after the other: row r of slot s is start[s·rows + r] ….
-struct SparseRows {
-  const int* start;  // [slots·rows + 1]
-  const int* dof;
-  const double* value;
-};
-// out = rows·dx, shapes [rows, kPaddedEntries] and [3V, kPaddedEntries] a slot.
-void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const double* dx, double* out,
-                    int rows, int slots, cudaStream_t stream);
-
 // Where the states of a slot lie, step by step.
 struct HistorySlot {
   const double *x, *v;  // [3V] at x + step·stride

@@ -178,18 +178,6 @@ __global__ void __launch_bounds__(kElementThreads)
   to[2] = sum.z;
 }
 
-__global__ void ReadRows(int dofs, SparseRows sparse, const double* dx, double* out, int rows) {
-  const int index = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  const int r = index / kPaddedEntries, j = index % kPaddedEntries;
-  if (r >= rows) return;
-  const double* from = dx + static_cast<std::int64_t>(slot) * dofs * kPaddedEntries + j;
-  const std::int64_t row = static_cast<std::int64_t>(slot) * rows + r;
-  double sum = 0.0;
-  for (int k = sparse.start[row]; k < sparse.start[row + 1]; ++k)
-    sum += sparse.value[k] * from[static_cast<std::int64_t>(sparse.dof[k]) * kPaddedEntries];
-  out[row * kPaddedEntries + j] = sum;
-}
-
 __global__ void LoadHistory(const HistorySlot* history, const int* step, double* x, double* v,
                             int dofs) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x;
@@ -273,13 +261,6 @@ void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, con
 void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs) {
   DirectionRhs<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
                  on.stream>>>(on.cloth, records, rhs);
-  CUDA_CHECK(cudaGetLastError());
-}
-
-void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const double* dx, double* out,
-                    int rows, int slots, cudaStream_t stream) {
-  ReadRows<<<LinearGrid(static_cast<std::int64_t>(rows) * kPaddedEntries, slots), 256, 0, stream>>>(
-      cloth.num_dofs(), sparse, dx, out, rows);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -245,8 +245,7 @@ Box BoxAround(const std::vector<SpecimenDistribution>& starts) {
   return box;
 }
 
-// That the directions of bend are confused is what most minima come from, so a search begins with
-// other ones too.
+// Most minima come from confused directions of bend, so a search begins with other directions too.
 std::vector<SpecimenDistribution> WithOtherDirections(const SpecimenDistribution& start) {
   std::vector<SpecimenDistribution> starts = {start};
   for (const double anisotropy : {-1.0, 1.0}) {

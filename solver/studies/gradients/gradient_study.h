@@ -53,7 +53,7 @@ struct ContinuationResult {
   ContinuationStatus status = ContinuationStatus::kNoStart;
   std::vector<ContinuationPoint> points;  // from s = 0; the last is the farthest
   int refused = 0;                        // rejected steps
-  // With kFold, the branch ends between the last point and lost_at.
+  // The branch ends between the last point and lost_at (kFold).
   double lost_at = 0.0;
   std::string lost_because;
   // Where the speeds of the last two points put a fold (1/speed² is linear in s before it); none

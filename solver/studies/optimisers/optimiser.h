@@ -109,13 +109,14 @@ struct OptimiserMethod {
 inline constexpr int kRefiningRounds = 20;
 double RefiningBudget(const OptimiserOptions& options);
 
-// With derivatives: "lm" (Levenberg–Marquardt by Ceres, the steps of drape_fit), "lm_patient" (50
-// instead of 5 invalid steps in a row), "dogleg" (Powell's), "subspace_dogleg" [Byrd 1988], "lbfgs"
-// (with a Wolfe line search), "adam_published" (learning rates of the published experiments),
-// "adam_0.03", "adam_0.1" (rates in log units). By NLopt: "bobyqa", "sbplx", "crs" (CRS2),
-// "direct" (DIRECT-L). By OptimiserOptions::search_command: "cmaes", "bo", and through embeddings
-// of d = 2, 4, 8 numbers "rembo_<d>", "hesbo_<d>", also "rembo_ucb_4" with the settings of REMBO's
-// first publication. Each method without derivatives again with the ending "_lm".
+// Methods with derivatives: "lm" (Levenberg–Marquardt by Ceres, the steps of drape_fit),
+// "lm_patient" (50 instead of 5 invalid steps in a row), "dogleg" (Powell's), "subspace_dogleg"
+// [Byrd 1988], "lbfgs" (with a Wolfe line search), "adam_published" (learning rates of the
+// published experiments), "adam_0.03", "adam_0.1" (rates in log units). By NLopt: "bobyqa",
+// "sbplx", "crs" (CRS2), "direct" (DIRECT-L). By OptimiserOptions::search_command: "cmaes", "bo",
+// and through embeddings of d = 2, 4, 8 numbers "rembo_<d>", "hesbo_<d>", also "rembo_ucb_4" with
+// the settings of REMBO's first publication. Each method without derivatives again with the ending
+// "_lm".
 const std::vector<OptimiserMethod>& OptimiserMethods();
 // Throws InputError for a name that is not among them.
 const OptimiserMethod& FindOptimiser(const std::string& name);

@@ -107,9 +107,10 @@ class StabilityRunner {
   // the cloth does not diverge in 1,500 steps.
   nlohmann::json MeasureLimit(StabilityCase run) const;
 
-  // By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
-  // the norm of its energy: mode number `mode` of LowestModes, followed for some steps. Implicit
-  // Euler's factor is 1/√(1 + h²ω²) [Hairer 1996, IV.3], an exact oscillator's is 1. Returns
+  // The factor by which a step of an implicit method shrinks a small vibration about the drape at
+  // rest, in the norm of its energy: mode number `mode` of LowestModes, followed for some steps.
+  // Implicit Euler's factor is 1/√(1 + h²ω²) [Hairer 1996, IV.3], an exact oscillator's is 1.
+  // Returns
   // {"omega_1_s", "steps", "theory" (of implicit Euler), "measured" (a step, the mean of all)}, or
   // {"omega_1_s": null} where the case has no stable drape or its method fails.
   nlohmann::json MeasureDamping(const StabilityCase& run, int mode);

@@ -159,8 +159,8 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
   WriteWithProvenance(path, std::move(json));
 }
 
-// Of the drapes at rest in the order of the table, clusters as groups. Throws InputError when the
-// file cannot be written.
+// Writes the outlines of the drapes at rest in the order of the table, with clusters as groups.
+// Throws InputError when the file cannot be written.
 void WriteEquilibriumOutlines(const std::string& path, const EquilibriumSurvey& survey) {
   std::vector<ListedOutline> outlines;
   for (size_t c = 0; c < survey.clusters.size(); ++c)

@@ -77,8 +77,8 @@ std::string PredictionText(const PredictionRun& run);
 void WritePredictionSummary(const std::string& path, const PredictToolOptions& options,
                             const PredictionRun& run);
 
-// Of the drapes that were seen, a group for each specimen. Throws InputError when the file cannot
-// be written.
+// Writes the outlines of the drapes that were seen, a group for each specimen. Throws InputError
+// when the file cannot be written.
 void WritePredictedOutlines(const std::string& path, const PredictionRun& run);
 
 // The program drape_predict.

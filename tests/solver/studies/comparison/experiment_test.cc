@@ -125,9 +125,9 @@ TEST_F(ExperimentTest, ADamagedCheckpointIsMadeAnewAndTheSame) {
   EXPECT_EQ(again, whole);
   Write("one_table.json", "{");
   Write("experiment/summary.json", "{");
-  const std::string anew = Text(Run().value());
+  const std::string repeated = Text(Run().value());
   EXPECT_THAT(notes_, testing::HasSubstr("initial guesses"));
-  EXPECT_EQ(anew, whole);
+  EXPECT_EQ(repeated, whole);
 }
 
 TEST_F(ExperimentTest, GoesOnAfterACancelToTheSameNumbers) {
