@@ -41,7 +41,7 @@ class ReportInABrowser : public ReportTest {
          "--keep_meshes", "--steps=60", "--out=" + Path("predict")});
     run({bin + "/drape_equilibria", "--fabric=" + kFabric, "--mesh=disc:120", "--samples=4",
          "--steps=60", "--out=" + Path("branches")});
-    AddResult("optimisers", "drape_compare_optimisers", {{"budget_rollouts", 10}});
+    AddResult("optimisers", "drape_compare_optimisers", {{"settings", {{"budget_rollouts", 10}}}});
     Write("optimisers/report.md", "# Gaps\n| method | gap |\n|---|---|\n| bobyqa | 0.5 |\n");
     Write("optimisers/chart.svg", ChartText());
     return {Path("fit"),      Path("drape"),      Path("predict"),

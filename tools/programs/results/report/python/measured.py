@@ -93,7 +93,7 @@ def metrics(s):
         return measured([s])
     if "raw" in s:
         return compared(s)
-    return html.flat_table({key: s[key] for key in s if key not in ("versions", "provenance")})
+    return html.flat_table({key: s[key] for key in s if key != "provenance"})
 
 
 def measurement(folder, page):
@@ -153,14 +153,10 @@ def pictures(folder, page):
     return html.join(html_parts)
 
 
-def lists(folder, page):
-    """Lists of results that are in the summary alone."""
-    known = {"drape_validate": ("cases", ("group", "name", "reference", "computed", "error",
-                                          "tolerance", "order", "pass")),
-             "drape_garment": ("runs", ())}
-    key, columns = known.get(folder.program, ("", ()))
-    found = items(folder.summary, "/" + key)
-    return page.fit(f"{folder.name}: {key}", html.objects_table(found, "", columns)) if found else ""
+def garments(folder, page):
+    """The runs of drape_garment, which are in the summary alone."""
+    runs = items(folder.summary, "/runs") if folder.program == "drape_garment" else []
+    return page.fit(f"{folder.name}: runs", html.objects_table(runs)) if runs else ""
 
 
 def tables(folder, page):
@@ -177,7 +173,7 @@ def tables(folder, page):
 
 
 def studies(folder, page):
-    return html.join(part(folder, page) for part in (pictures, lists, tables))
+    return html.join(part(folder, page) for part in (pictures, garments, tables))
 
 
 def shell_line(words):
@@ -202,8 +198,6 @@ def run_rows(folder, run):
              ("build_type", ""), ("instructions", ""), ("ceres", "Ceres "), ("cholmod", "CHOLMOD "),
              ("eigen", "Eigen "), ("glibc", "glibc ")]
     rows = [("command", command_text(run["command"]) if "command" in run else ""),
-            *(("continues", command_text(earlier["command"])) for earlier in items(run, "/continues")
-              if "command" in earlier),
             ("repeated by", shell_line([folder.program, "--config=" + folder.at(folder.file),
                                         "--out=NEW"]) if options else ""),
             ("in the folder", text(run, "/working_directory")),

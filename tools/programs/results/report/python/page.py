@@ -102,9 +102,9 @@ def flat_table(value):
     return table(rows[:MOST_ROWS]) + more_rows(rows)
 
 
-def objects_table(objects, caption="", first=()):
+def objects_table(objects, caption=""):
     """A table of objects of the same keys, without the objects in them."""
-    keys = list(first)
+    keys = []
     for each in objects:
         keys += [key for key in sorted(each) if key not in keys and not isinstance(each[key], dict)]
     rows = [[guess(results.value_text(each[key])) if key in each else ("", "") for key in keys]

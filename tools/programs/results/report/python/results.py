@@ -20,8 +20,7 @@ THUMBNAIL_SIDE = 1000  # px
 PIL.Image.MAX_IMAGE_PIXELS = 50_000_000
 
 # A key of each kind of JSON file that drape_metrics writes.
-METRICS_KEYS = ("shape", "drapes", "aligned", "outline_energy_score_m", "ratios",
-                "trivial_predictors")
+METRICS_KEYS = ("shape", "drapes", "aligned", "outline_energy_score_m", "trivial_predictors")
 
 
 class InputError(Exception):

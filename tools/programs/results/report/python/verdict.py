@@ -108,11 +108,6 @@ def of_fit(folder):
                                fit_numbers(folder.summary))
 
 
-def failed_cases(s):
-    return ["fails: " + text(case, "/name") for case in items(s, "/cases")
-            if find(case, "/pass") is False]
-
-
 def best_method(s):
     """The first of the methods that solve most problems: "lm, 75 %"."""
     shares = [(number(method, "/solved_at_0.1"), text(method, "/name"))
@@ -129,7 +124,7 @@ HEADLINES = [("/draws", "drapes", 1, ""), ("/at_rest", "drapes at rest", 1, ""),
              ("/spread/dc", "drape coefficient", 100, " %"), ("/spread/folds", "nodes", 1, ""),
              ("/dc", "drape coefficient", 100, " %"), ("/folds", "nodes", 1, ""),
              ("/stability/lowest_frequency_hz", "lowest vibration", 1, " Hz"),
-             ("/budget_rollouts", "rollouts for each method and problem", 1, "")]
+             ("/settings/budget_rollouts", "rollouts for each method and problem", 1, "")]
 
 
 def other_numbers(folder):
@@ -147,16 +142,8 @@ def other_numbers(folder):
         elif value is not None and (pointer, folder.program) != ("/draws", "drape_garment"):
             numbers.append((name, "%.4g" % (factor * value) + unit))
     numbers += best_method(s)
-    cases = items(s, "/cases")
-    if cases:
-        numbers.append(("reference cases that hold",
-                        f"{len(cases) - len(failed_cases(s))} of {len(cases)}"))
     if folder.program == "drape_bench":
         numbers.append(("runs", str(len(items(s, "/cells")))))
-    counts = find(s, "/counts")
-    if isinstance(counts, dict):
-        numbers += [(name, value_text(counts[name])) for name in sorted(counts)
-                    if (number(counts, "/" + name) or 0) > 0]
     return numbers
 
 
@@ -171,7 +158,7 @@ def conclusions(folder):
 
 def of_other(folder):
     s = folder.summary
-    warnings = notes(folder) + failed_cases(s)
+    warnings = notes(folder)
     if (text(s, "/outcome") or text(s, "/status")) == "cancelled":
         warnings.insert(0, "The run was cancelled.")
     failures = find(s, "/failures")
