@@ -73,7 +73,7 @@ struct RecognitionJob {
 //   {"fabrics": numbers, "failures": [{"name", "reason"}], "scales": {way: numbers},
 //    "samples": [{"name", "fabric": index, "seen": {way: {"mean", "covariance"}}, "density",
 //                 "predictions": log probabilities of all fabrics}]}
-// for scripts/recognition.py, which compares the normal distributions "seen" of the ways posterior
+// for scripts/space.py, which compares the normal distributions "seen" of the ways posterior
 // and features; their samples scatter by about "scales". Log probabilities are up to a factor and a
 // constant. Returns nothing when cancelled. Throws InputError.
 std::optional<nlohmann::json> Recognise(const RecognitionJob& job, const RunControl& control);

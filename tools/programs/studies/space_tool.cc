@@ -210,7 +210,7 @@ ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Ca
   const auto recognition = Recognise(job, control);
   if (!recognition) return {.cancelled = true};
   WriteWithProvenance(out.Staged("recognition.json"), *recognition);
-  return {.text = RunStudyScript("recognition", out.Staged(""))};
+  return {.text = RunStudyScript("space", out.Staged(""))};
 }
 
 ToolOutcome RunSpace(const SpaceToolOptions& options, const RunControl& control) {
