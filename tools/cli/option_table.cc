@@ -24,7 +24,7 @@
 namespace drape {
 namespace {
 
-// Where a value comes from and what it is, for an error.
+// The place and the text of a value, for an error.
 struct Given {
   const Option& option;
   std::string where;   // "command line: option 'time_step'"
@@ -185,8 +185,8 @@ std::vector<std::string> Strings(const JsonInput& list) {
   return texts;
 }
 
-// Those of a run, with its paths as they were. What is as it is by default is not set: a default
-// may be a value that no user may give.
+// Sets the options of an earlier run, with its paths as they were. Defaults are left alone: a
+// default may be a value that users may not give.
 void TakeOptions(const OptionTable& table, const JsonInput& provenance) {
   const JsonInput values = provenance.At("options");
   values.ExpectKeys(ListKeys(table));

@@ -4,6 +4,8 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "physics/util/options/field.h"
@@ -14,6 +16,38 @@ struct StoredRun;
 
 // One option of a tool.
 using Option = Field;
+
+// The option of an enum, by the names of its values.
+template <NamedEnum E>
+Option EnumOption(E& value, Option option) {
+  option.value = EnumField{[&value] { return std::string(ToString(value)); },
+                           [&value, where = "option '" + option.key + "'"](
+                               const std::string& text) { value = ParseName<E>(text, where); }};
+  for (const auto& [named, name] : EnumNames(E{})) option.choices.push_back(name);
+  return option;
+}
+template <NamedEnum E>
+Option EnumOption(const std::string& key, E& value, const std::string& doc) {
+  return EnumOption(value, {.key = key, .doc = doc});
+}
+
+// The options of a struct whose fields are described (VisitFields), in the order of their visit.
+// Points into `options`, which outlives them.
+template <class Options>
+std::vector<Option> FieldOptionList(Options& options) {
+  std::vector<Option> list;
+  VisitFields(options, [&](auto& value, Option field) {
+    using T = std::remove_reference_t<decltype(value)>;
+    if (!field.is_option) return;
+    if constexpr (NamedEnum<T>) {
+      list.push_back(EnumOption(value, std::move(field)));
+    } else if constexpr (std::is_constructible_v<Option::Value, T*>) {
+      field.value = &value;
+      list.push_back(std::move(field));
+    }
+  });
+  return list;
+}
 
 // The options under one heading of --help=all.
 std::vector<Option> Grouped(const std::string& group, std::vector<Option> options);
@@ -34,7 +68,7 @@ enum class HelpScope {
   kAll      // every option, under its heading
 };
 
-// What a user can set in one tool: the command line, the config file and --help follow from it.
+// The options of one tool: the command line, the config file and --help follow from it.
 struct OptionTable {
   std::string tool;     // "drape_simulate"
   std::string summary;  // one line: what the tool does
@@ -44,11 +78,11 @@ struct OptionTable {
   // Keys of the options that --help shows, in its order; the others are left to --help=all. Empty:
   // --help shows all.
   std::vector<std::string> common = {};
-  // What the command line may hold beside options, in order, and its names in the usage line;
-  // nullptr: nothing.
+  // The words of the command line beside options, in order, and their names in the usage line;
+  // nullptr: there are none.
   std::vector<std::string>* operands = nullptr;
   std::string operand_names = {};
-  // Where given, holds the keys that the user has set, by flag or config.
+  // If not nullptr, gets the keys that the user has set, by flag or config.
   std::set<std::string>* given = nullptr;
 
   // The names, types, defaults, ranges, units and docs of the options, in lines of at most 100

@@ -88,7 +88,7 @@ std::string TypeText(const Option& option) {
       option.value);
 }
 
-// Where a line of UTF-8 that is longer than 100 columns is to be broken: at a space; else npos.
+// The space at which to break a line of UTF-8 of more than 100 columns; npos for a shorter line.
 std::size_t FindBreak(const std::string& line) {
   constexpr int kColumns = 100;
   const std::size_t begin = line.find_first_not_of(' ');

@@ -12,10 +12,10 @@ namespace drape {
 // "a|b|c".
 std::string JoinChoices(const std::vector<std::string>& choices, const char* separator);
 
-// What the option is set to, as text that Set takes; before Parse its default.
+// The value of an option as text that Set takes; before parsing, its default.
 std::string ValueText(const Option& option);
 
-// The same as JSON of its own type, which ReadConfig takes.
+// The value of an option as JSON of its own type, which ReadConfig takes.
 nlohmann::json ValueJson(const Option& option);
 
 // The manual page of a program, in roff and UTF-8.

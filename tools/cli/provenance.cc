@@ -174,8 +174,6 @@ void AddPlaces(const Option& option, std::vector<std::string>* places) {
     for (const std::string& text : **texts) add(text);
 }
 
-int CountCores() { return static_cast<int>(std::thread::hardware_concurrency()); }
-
 // Records an option and what the common ones mean: output folder, backend and threads.
 void RecordOption(const Option& option, Record* record) {
   record->options[option.key] = ValueJson(option);
@@ -227,6 +225,8 @@ void AddMachineAndBuild(const Record& record, ordered_json* json) {
 }
 
 }  // namespace
+
+int CountCores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 InputFile DescribeInput(const std::string& path, std::string_view content) {
   return {MakeUtf8(path), content.size(), Sha256(content)};

@@ -47,6 +47,9 @@ StoredRun ReadStoredRun(const JsonInput& provenance, const std::string& summary,
 // read.
 void CheckInputs(const StoredRun& run);
 
+// The cores of this machine, at least 1.
+int CountCores();
+
 // Provenance: the member of each summary from which its run can be repeated. A process has one
 // record.
 

@@ -17,6 +17,7 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <new>
@@ -31,6 +32,8 @@
 
 namespace drape {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 constexpr double kShownStep = 0.01;                              // of the work, on a terminal
@@ -317,7 +320,24 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
   }
 }
 
+fs::path FindScript(const std::string& installed, const std::string& source) {
+  std::error_code ignored;
+  const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  const fs::path shared = programs.parent_path() / "share/drapefit" / installed;
+  if (fs::exists(shared, ignored)) return shared;
+  for (fs::path folder = programs; folder.has_relative_path(); folder = folder.parent_path())
+    if (fs::exists(folder / source, ignored)) return folder / source;
+  return {};
+}
+
 }  // namespace
+
+std::vector<std::string> ScriptCommand(const std::string& installed, const std::string& source) {
+  const fs::path debian = "/usr/bin/python3";
+  std::error_code ignored;
+  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
+          FindScript(installed, source).string()};
+}
 
 int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ToolOutcome(const RunControl& control)>& run) {

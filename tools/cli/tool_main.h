@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
@@ -42,6 +43,30 @@ int ToolMain(int argc, char** argv, OptionTable (*table)(Options& options),
   return RunTool(argc, argv, table(options),
                  [&](const RunControl& control) { return run(options, control); });
 }
+
+// The command of a Python script: Debian's python3, which has the packages that scripts need, or
+// else the first python3 of PATH, and the script. The script is share/drapefit/`installed` beside
+// installed programs, or `source` in the source tree above the build folder. If it is in neither,
+// the last word is empty.
+std::vector<std::string> ScriptCommand(const std::string& installed, const std::string& source);
+
+// The programs, which tools/programs/front/drapefit.cc lists.
+int BenchMain(int argc, char** argv);              // drape_bench
+int CheckMain(int argc, char** argv);              // drape_check
+int CompareMain(int argc, char** argv);            // drape_compare
+int CompareOptimisersMain(int argc, char** argv);  // drape_compare_optimisers
+int EquilibriaMain(int argc, char** argv);         // drape_equilibria
+int ExportMain(int argc, char** argv);             // drape_export
+int FitMain(int argc, char** argv);                // drape_fit
+int GarmentMain(int argc, char** argv);            // drape_garment
+int GradientsMain(int argc, char** argv);          // drape_gradients
+int MetricsMain(int argc, char** argv);            // drape_metrics
+int PredictMain(int argc, char** argv);            // drape_predict
+int ReportMain(int argc, char** argv);             // drape_report
+int SimulateMain(int argc, char** argv);           // drape_simulate
+int SpaceMain(int argc, char** argv);              // drape_space
+int SpeedMain(int argc, char** argv);              // drape_speed
+int StabilityMain(int argc, char** argv);          // drape_stability
 
 // Estimates the time left of a run from the fractions of its work that it reports.
 class TimeLeft {

@@ -5,6 +5,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/accuracy_table.h"
+#include "tools/inputs/common_options.h"
 
 namespace drape {
 namespace {
@@ -15,11 +16,11 @@ constexpr char kBuiltIn[] = "built-in";
 
 std::vector<Option> AccuracyOptions(AccuracyChoice& choice) {
   return {
-      {.key = "accuracy",
-       .value = &choice.accuracy,
-       .doc = "accuracy to choose mesh, solve mode and time steps by: fast, balanced, exact, or an "
-              "error of the outline's mean radius such as 5mm. The drape is taken to rest, so not "
-              "with solve = dynamic; options that are given take precedence"},
+      PlainOption(
+          "accuracy", &choice.accuracy,
+          "accuracy to choose mesh, solve mode and time steps by: fast, balanced, exact, or an "
+          "error of the outline's mean radius such as 5mm. The drape is taken to rest, so not "
+          "with solve = dynamic; options that are given take precedence"),
       {.key = "accuracy_table",
        .value = &choice.table,
        .doc = "table that --accuracy chooses from; built-in: configs/accuracy.json",

@@ -42,7 +42,7 @@ class AccuracyFilling {
       kept_ += " --" + key;
     }
   }
-  // What was picked and which error to expect, in one line.
+  // One line that says what was picked and which error to expect.
   std::string Line(const AccuracyRow& row) const;
 
  private:

@@ -8,15 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "cuda/make_backend.h"
 #include "physics/util/errors.h"
-#include "tools/cli/field_options.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
-namespace {
-
-int CountCores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
-
-}  // namespace
 
 Option OutOption(std::string& folder) {
   return {.key = "out",
@@ -25,17 +21,6 @@ Option OutOption(std::string& folder) {
           .is_path = true,
           .required = true,
           .repeated = false};
-}
-
-Option LawOption(std::string& law) {
-  return {.key = "law",
-          .value = &law,
-          .doc = "constitutive law: how stiffness depends on strain and curvature",
-          .choices = {"reference", "smooth"}};
-}
-
-Option LawOption(LawKind& law) {
-  return EnumOption("law", law, "how stiffness follows from strain and curvature");
 }
 
 Option ThreadsOption(int& threads) {
@@ -78,14 +63,13 @@ Option FabricOption(Option::Value fabric) {
   return option;
 }
 
-Option TimeStepOption(double& time_step, const std::string& doc) {
-  return {.key = "time_step",
-          .value = &time_step,
-          .doc = doc,
-          .unit = "s",
-          .least = 0,
-          .most = 10,
-          .above_least = true};
+Option PlainOption(const std::string& key, Option::Value value, const std::string& doc) {
+  return {.key = key, .value = std::move(value), .doc = doc};
+}
+
+Option ChoiceOption(const std::string& key, Option::Value text,
+                    const std::vector<std::string>& choices, const std::string& doc) {
+  return {.key = key, .value = std::move(text), .doc = doc, .choices = choices};
 }
 
 Option NumberOption(const std::string& key, Option::Value number, double least, double most,
@@ -98,6 +82,17 @@ Option NumberOption(const std::string& key, Option::Value number, double least, 
           .most = most};
 }
 
+Option PositiveOption(const std::string& key, Option::Value number, double most,
+                      const std::string& doc, const std::string& unit) {
+  Option option = NumberOption(key, std::move(number), 0, most, doc, unit);
+  option.above_least = true;
+  return option;
+}
+
+Option TimeStepOption(Option::Value time_step, const std::string& doc) {
+  return PositiveOption("time_step", std::move(time_step), 10, doc, "s");
+}
+
 Option PathOption(const std::string& key, Option::Value path, const std::string& doc) {
   return {.key = key, .value = std::move(path), .doc = doc, .is_path = true};
 }
@@ -107,15 +102,11 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
-  std::vector<Option> options = SceneOptions(scene);
+  std::vector<Option> options = FieldOptionList(scene);
   std::erase_if(
       options, [](const Option& option) { return option.key == "start" || option.key == "scene"; });
   return options;
 }
-
-std::vector<Option> SceneOptions(SceneInput& scene) { return FieldOptionList(scene); }
-
-std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }
 
 std::vector<Option> PoolOptionRows(LearningOptions& learning) {
   return {
@@ -131,6 +122,19 @@ std::vector<Option> PoolOptionRows(LearningOptions& learning) {
   };
 }
 
-std::vector<Option> DatasetOptions(DatasetQuery& query) { return FieldOptionList(query); }
+Option BackendOption(std::string& backend) {
+  return ChoiceOption(
+      "backend", &backend, {"auto", "cpu", "cuda"},
+      "device of the rollouts; auto: all CUDA devices if there are any, else the CPU");
+}
+
+std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
+                                           std::shared_ptr<const ClothModel> model, int threads,
+                                           const RunControl& control) {
+  std::string device;
+  std::unique_ptr<Backend> backend = MakeBackend(name, std::move(model), threads, &device);
+  control.Log("running on " + device);
+  return backend;
+}
 
 }  // namespace drape

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera.h"
-#include "losses/dataset/trivial_predictors.h"
-#include "physics/material/laws/law_kind.h"
+#include "physics/simulation/backend.h"
+#include "physics/util/run_control.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
@@ -15,8 +16,6 @@ namespace drape {
 
 // Options that mean the same in several programs.
 Option OutOption(std::string& folder);
-Option LawOption(std::string& law);  // MakeLaw
-Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // 0: all cores, which is the default of each program
 // The threads as a count. Throws InputError when so many cannot be started (RequireThreads).
 int CountThreads(int threads);
@@ -26,24 +25,35 @@ int MostThreads();  // that make sense on this machine
 void RequireThreads(int threads);
 // A fabric of one table (ReadMaterial), or several.
 Option FabricOption(Option::Value fabric);
-Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
+// A switch, a text, or several texts.
+Option PlainOption(const std::string& key, Option::Value value, const std::string& doc);
+// A text that is one of the choices, or several.
+Option ChoiceOption(const std::string& key, Option::Value text,
+                    const std::vector<std::string>& choices, const std::string& doc);
 // A number from `least` to `most`, or several.
+inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 Option NumberOption(const std::string& key, Option::Value number, double least, double most,
                     const std::string& doc, const std::string& unit = "");
+// A number above 0, up to `most`, or several.
+Option PositiveOption(const std::string& key, Option::Value number, double most,
+                      const std::string& doc, const std::string& unit = "");
+// A time step [s], or several.
+Option TimeStepOption(Option::Value time_step, const std::string& doc = "time step");
 // A file or a folder, or several.
 Option PathOption(const std::string& key, Option::Value path, const std::string& doc);
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
 
-// What names the cloth: mesh, material, law, specimen and support.
+// The options of a scene that name its cloth, without first shape, loads and supports.
 std::vector<Option> ClothOptions(SceneInput& scene);
-// The same, the first shape, and loads and supports.
-std::vector<Option> SceneOptions(SceneInput& scene);
 // The pool of drapes from which a fabric is learned, and its further rounds.
 std::vector<Option> PoolOptionRows(LearningOptions& learning);
-// The data set and its split.
-std::vector<Option> DatasetOptions(DatasetQuery& query);
-// What sets the camera.
-std::vector<Option> CameraOptions(CameraInput& camera);
+
+// --backend of each program that runs rollouts.
+Option BackendOption(std::string& backend);
+// MakeBackend; one line of the log names what it runs on.
+std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
+                                           std::shared_ptr<const ClothModel> model, int threads,
+                                           const RunControl& control);
 
 }  // namespace drape

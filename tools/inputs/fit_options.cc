@@ -4,9 +4,6 @@
 #include <utility>
 
 #include "physics/util/errors.h"
-#include "solver/job/fit_input.h"
-#include "tools/cli/field_options.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -53,16 +50,10 @@ std::vector<Option> SelectionOptions(FitToolOptions& options) {
                  "folder of the published data set, whose drapes are fitted in place of images"),
       NumberOption("data_fabric", &selection.fabric, 0, 9999,
                    "with --data: number of the fabric; 0: not given"),
-      {.key = "samples",
-       .value = &selection.samples,
-       .doc = "with --data: samples, like 1,3-5; empty: all"},
-      {.key = "captures",
-       .value = &selection.captures,
-       .doc = "with --data: captures, like 1,3; empty: all"},
-      {.key = "face",
-       .value = &selection.face,
-       .doc = "with --data: the face that lies up; captures 1 and 2 are up, 3 and 4 down",
-       .choices = {"up", "down", "both"}},
+      PlainOption("samples", &selection.samples, "with --data: samples, like 1,3-5; empty: all"),
+      PlainOption("captures", &selection.captures, "with --data: captures, like 1,3; empty: all"),
+      ChoiceOption("face", &selection.face, {"up", "down", "both"},
+                   "with --data: the face that lies up; captures 1 and 2 are up, 3 and 4 down"),
       EnumOption("data_source", options.data.source,
                  "with --data: silhouettes, or the outlines of the published meshes, whose z has "
                  "no further information (straight flaps under the outline)"),
@@ -74,17 +65,6 @@ Option PriorOption(FitSpec& spec) {
       "prior", &spec.prior,
       "model bayes: space.json of drape_space, whose population of fabrics is the prior "
       "of the posterior; empty: about the initial guess, by prior_sigma");
-}
-
-void CheckNoSelection(const FitToolOptions& options) {
-  const FitSelection& given = options.selection;
-  const FitSelection unset;
-  if (given.fabric != unset.fabric || given.samples + given.captures != "" ||
-      given.face != unset.face || options.data.source != FitData().source)
-    throw InputError(
-        "option 'data'",
-        "not given, expected the data set that data_fabric, samples, captures, face and "
-        "data_source choose from");
 }
 
 }  // namespace
@@ -137,36 +117,6 @@ FitSpec MakeFitSpec(const FitToolOptions& options) {
   }
   spec.threads = CountThreads(spec.threads);
   return spec;
-}
-
-FitData MakeFitData(const FitToolOptions& options) {
-  FitData data = options.data;
-  for (const std::string& image : options.images)
-    for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
-  for (const std::string& test : options.lab_tests)
-    for (std::string& file : ExpandLabMeasurements(test))
-      data.lab_measurements.push_back(std::move(file));
-  if (options.selection.folder.empty()) {
-    CheckNoSelection(options);
-    return data;
-  }
-  if (!options.images.empty())
-    throw InputError("option 'images'", "found some beside --data, expected one of both");
-  SelectCaptures(options.selection, &data);
-  return data;
-}
-
-std::string ApplyAccuracy(FitToolOptions* options) {
-  const AccuracyChoice& choice = options->accuracy;
-  if (choice.accuracy.empty()) return "";
-  OutlineResidualOptions& residuals = options->spec.stages.residuals;
-  const bool at_rest = residuals.solve_mode == SolveMode::kStatic;
-  const AccuracyRow row = PickAccuracy(choice, at_rest ? "hybrid" : "dynamic");
-  AccuracyFilling filling(choice);
-  filling.Set("mesh", row.mesh, &options->spec.mesh);
-  filling.Set("settle_time_step", row.h, &residuals.rollout.h);
-  filling.Set("settle_steps", row.steps, &residuals.rollout.steps);
-  return filling.Line(row);
 }
 
 }  // namespace drape

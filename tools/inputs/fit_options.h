@@ -11,7 +11,7 @@
 
 namespace drape {
 
-// What a user of drape_fit sets.
+// The options of drape_fit.
 struct FitToolOptions {
   FitSpec spec = FitSpecWithThreads(0);  // 0: all cores
   FitData data;                          // its lists of files follow from the next three
@@ -25,14 +25,6 @@ struct FitToolOptions {
 
 // The spec, checked, with its count of threads. Throws InputError.
 FitSpec MakeFitSpec(const FitToolOptions& options);
-
-// Lists the files of the data and reads the list of the data set. Throws InputError.
-FitData MakeFitData(const FitToolOptions& options);
-
-// Sets the options that the user has not given from --accuracy and returns one line that says what
-// was picked and which error to expect; empty without --accuracy. Throws InputError for an accuracy
-// that the table does not have.
-std::string ApplyAccuracy(FitToolOptions* options);
 
 // Points into `options`, which outlives it.
 OptionTable FitTable(FitToolOptions& options);

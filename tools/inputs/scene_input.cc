@@ -66,7 +66,7 @@ void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mes
                                       " in it, expected some");
 }
 
-// Whether x is so deep in a mesh that its gap from that is not known.
+// Returns whether x is so deep in a mesh that its gap is not known.
 bool IsDeepInMesh(const Contact& contact, const Eigen::Vector3d& x) {
   return std::any_of(
       contact.obstacles.begin(), contact.obstacles.end(), [&](const Obstacle& obstacle) {

@@ -13,7 +13,7 @@
 
 namespace drape {
 
-// What a drape starts from, as a user names it.
+// The cloth, the scene and the start of a drape, as a user names them.
 struct SceneInput {
   std::string mesh = "disc:1200";  // ParseMeshSpec
   FabricInput fabric;              // with an empty path: none

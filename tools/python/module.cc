@@ -174,7 +174,7 @@ void BindSimulator(py::module_& m) {
            });
 }
 
-// What Python calls Drapes; it keeps its simulator.
+// The class Drapes of Python, which keeps its simulator.
 struct Drapes {
   std::shared_ptr<Simulator> simulator;
   DrapeBatch batch;

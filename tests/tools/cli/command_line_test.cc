@@ -5,7 +5,6 @@
 #include "tests/tools/tool_fixture.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/simulate/simulate_tool.h"
-#include "tools/programs/studies/check.h"
 
 namespace drape::test {
 namespace {
@@ -31,8 +30,6 @@ void ExpectHelpListsAll(const std::string& program, const OptionTable& table) {
 TEST_F(CommandLine, HelpListsEachKeyOfTheTable) {
   SimulateOptions simulate;
   ExpectHelpListsAll(kSimulate, SimulateTable(simulate));
-  CheckToolOptions check;
-  ExpectHelpListsAll(kCheck, CheckTable(check));
   FitToolOptions fit;
   ExpectHelpListsAll(kFit, FitTable(fit));
 }

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "tests/physics/file_fixture.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/tool_main.h"
 
 namespace drape {

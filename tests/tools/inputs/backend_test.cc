@@ -2,9 +2,9 @@
 // --backend of the programs: what auto chooses, what is refused, what the files say.
 #include "cuda/engine/cuda_backend.h"
 #include "physics/cloth/state.h"
+#include "physics/mesh/disc.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/equilibria/equilibria_tool.h"
-#include "tools/programs/simulate/simulate_tool.h"
+#include "tools/inputs/common_options.h"
 
 namespace drape::test {
 namespace {
@@ -86,19 +86,11 @@ TEST_F(BackendTool, TheFirstLineSaysWhereItRuns) {
   const std::string line = "running on " + (survey.usable ? survey.text : "1 CPU thread");
   std::vector<std::string> lines;
   const auto log = [&](const std::string& said) { lines.push_back(said); };
-  SimulateOptions simulate;
-  simulate.scene.mesh = "disc:120";
-  simulate.scene.fabric.path = kFabric;
-  simulate.steps = 1;
-  simulate.out = Path("simulate");
-  drape::RunSimulate(simulate, {nullptr, nullptr, log});
+  MakeLoggedBackend("auto",
+                    std::make_shared<ClothModel>(MakeDisc({.target_vertices = 120}), CusickScene(),
+                                                 MakeLaw("smooth")),
+                    1, {nullptr, nullptr, log});
   EXPECT_THAT(lines, testing::ElementsAre(line));
-  EquilibriaOptions branches;
-  branches.scene = simulate.scene;
-  branches.sampling = {.samples = 1, .steps = 1, .threads = 1};
-  branches.out = Path("branches");
-  SurveyEquilibria(branches, {nullptr, nullptr, log});
-  EXPECT_THAT(lines, testing::ElementsAre(line, line));
   MakeImage();
   ASSERT_EQ(Fit({}).exit_code, 0);
   EXPECT_THAT(Read(Path("out/fit.log")), testing::HasSubstr("\n" + line + "\n"));

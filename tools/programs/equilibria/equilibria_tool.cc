@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/equilibria/equilibria_tool.h"
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -8,17 +6,38 @@
 #include "physics/cloth/state.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/random_drapes.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+// The options of drape_equilibria.
+struct EquilibriaOptions {
+  SceneInput scene;                        // its start is not used
+  SamplingOptions sampling{.threads = 0};  // 0: all cores
+  std::string distance = "vertices";       // ParseBranchMetric
+  double tolerance = 1e-3;                 // of a cluster [m]
+  std::string backend = "auto";            // MakeBackend
+  std::string out;                         // folder, made when missing
+};
+
+// The results of drape_equilibria, for its report.
+struct EquilibriumSurvey {
+  bool cancelled = false;
+  std::string backend;  // Backend::name
+  std::vector<DrapeSample> samples;
+  std::vector<BranchCluster> clusters;
+  BranchSpread spread;
+  double seconds = 0.0;
+};
 
 constexpr std::size_t kShownBranches = 10;
 
@@ -53,7 +72,7 @@ std::string RestlessText(const EquilibriumSurvey& survey) {
   return text;
 }
 
-// How many branches the drapes are, and what that says.
+// The number of branches, and what it says about the fabric.
 std::string BranchCountText(const EquilibriumSurvey& survey) {
   const std::size_t branches = survey.clusters.size();
   const int drapes = survey.spread.drapes;
@@ -118,8 +137,8 @@ Json SetUpJson(const EquilibriaOptions& options, const LoadedScene& scene) {
           {"vertices", scene.model->mesh.num_vertices()}};
 }
 
-}  // namespace
-
+// One row for each of the largest clusters, then the spread over the drapes and the starts that did
+// not come to rest.
 std::string EquilibriaTableText(const EquilibriumSurvey& survey) {
   std::string text = Format("%7s %7s %6s %13s %6s %7s %9s %7s  %s\n", "branch", "drapes", "share",
                             "energy [mJ]", "folds", "DC", "residual", "stable", "seeds");
@@ -135,8 +154,6 @@ std::string EquilibriaTableText(const EquilibriumSurvey& survey) {
     text += Format("%7s %zu more in summary.json\n", "…", survey.clusters.size() - kShownBranches);
   return text + BranchCountText(survey) + SpreadText(survey.spread) + RestlessText(survey);
 }
-
-namespace {
 
 // Throws InputError when the file cannot be written.
 void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& options,
@@ -190,14 +207,9 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
           "seed", &sampling.first_seed, 0, 1000000000,
           "random seed of the run: that of the first start shape; the others use the following "
           "ones"),
-      {.key = "hem_rms",
-       .value = &sampling.hem_rms,
-       .doc = "root mean square height of the start shapes at the hem",
-       .unit = "m",
-       .least = 0,
-       .most = 0.05,
-       .above_least = true},
-      TimeStepOption(sampling.h),
+      PositiveOption("hem_rms", &sampling.hem_rms, 0.05,
+                     "root mean square height of the start shapes at the hem", "m"),
+      TimeStepOption(&sampling.h),
       NumberOption("steps", &sampling.steps, 0, 100000,
                    "number of time steps before Newton's method"),
       ThreadsOption(sampling.threads),
@@ -206,24 +218,16 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
 
 std::vector<Option> ReportOptions(EquilibriaOptions& options) {
   return {
-      {.key = "distance",
-       .value = &options.distance,
-       .doc = "distance of two drapes: between their vertices, or between their outlines as they "
-              "lie (outline), after the best rotation (rotated), or after the best rotation and "
-              "reflection (mirrored)",
-       .choices = {"vertices", "outline", "rotated", "mirrored"}},
-      {.key = "tolerance",
-       .value = &options.tolerance,
-       .doc = "largest distance of two drapes on the same branch",
-       .unit = "m",
-       .least = 0,
-       .most = 1,
-       .above_least = true},
+      ChoiceOption(
+          "distance", &options.distance, {"vertices", "outline", "rotated", "mirrored"},
+          "distance of two drapes: between their vertices, or between their outlines as they "
+          "lie (outline), after the best rotation (rotated), or after the best rotation and "
+          "reflection (mirrored)"),
+      PositiveOption("tolerance", &options.tolerance, 1,
+                     "largest distance of two drapes on the same branch", "m"),
       OutOption(options.out),
   };
 }
-
-}  // namespace
 
 OptionTable EquilibriaTable(EquilibriaOptions& options) {
   return {
@@ -247,7 +251,8 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           Grouped("branches and results", ReportOptions(options)))};
 }
 
-EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control) {
+// Reads all input before it computes. A cancelled run writes what it has.
+ToolOutcome Run(const EquilibriaOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   const BranchMetric metric = ParseName<BranchMetric>(options.distance, "distance");
   const LoadedScene scene = LoadScene(options.scene);
@@ -268,13 +273,6 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   WriteEquilibriumOutlines(out.Staged(kOutlinesFile), survey);
   WriteEquilibriaSummary(out.Staged("summary.json"), options, scene, survey);
   out.Publish();
-  return survey;
-}
-
-namespace {
-
-ToolOutcome Run(const EquilibriaOptions& options, const RunControl& control) {
-  const EquilibriumSurvey survey = SurveyEquilibria(options, control);
   return {.text = EquilibriaTableText(survey),
           .cancelled = survey.cancelled,
           .failure = survey.spread.drapes > 0 ? "" : "no start came to rest, see summary.json"};

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/fit/fit_tool.h"
-
+#include "physics/util/errors.h"
+#include "solver/job/fit_input.h"
+#include "solver/job/fit_job.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
+#include "tools/inputs/fit_options.h"
 
 namespace drape {
 namespace {
@@ -18,9 +20,53 @@ std::string SeeLine(const std::string& folder, std::vector<std::string> names) {
   return line + "\n";
 }
 
-}  // namespace
+void CheckNoSelection(const FitToolOptions& options) {
+  const FitSelection& given = options.selection;
+  const FitSelection unset;
+  if (given.fabric != unset.fabric || given.samples + given.captures != "" ||
+      given.face != unset.face || options.data.source != FitData().source)
+    throw InputError(
+        "option 'data'",
+        "not given, expected the data set that data_fabric, samples, captures, face and "
+        "data_source choose from");
+}
 
-FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) {
+// Lists the files of the data and reads the list of the data set.
+FitData MakeFitData(const FitToolOptions& options) {
+  FitData data = options.data;
+  for (const std::string& image : options.images)
+    for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
+  for (const std::string& test : options.lab_tests)
+    for (std::string& file : ExpandLabMeasurements(test))
+      data.lab_measurements.push_back(std::move(file));
+  if (options.selection.folder.empty()) {
+    CheckNoSelection(options);
+    return data;
+  }
+  if (!options.images.empty())
+    throw InputError("option 'images'", "found some beside --data, expected one of both");
+  SelectCaptures(options.selection, &data);
+  return data;
+}
+
+// Sets the options that the user has not given from --accuracy. Returns one line that says what was
+// picked and which error to expect; empty without --accuracy.
+std::string ApplyAccuracy(FitToolOptions* options) {
+  const AccuracyChoice& choice = options->accuracy;
+  if (choice.accuracy.empty()) return "";
+  OutlineResidualOptions& residuals = options->spec.stages.residuals;
+  const bool at_rest = residuals.solve_mode == SolveMode::kStatic;
+  const AccuracyRow row = PickAccuracy(choice, at_rest ? "hybrid" : "dynamic");
+  AccuracyFilling filling(choice);
+  filling.Set("mesh", row.mesh, &options->spec.mesh);
+  filling.Set("settle_time_step", row.h, &residuals.rollout.h);
+  filling.Set("settle_steps", row.steps, &residuals.rollout.steps);
+  return filling.Line(row);
+}
+
+// Runs the fit. The results appear in `out` together at the end; checkpoint.json and fit.log are
+// there while it runs.
+ToolOutcome Run(const FitToolOptions& given, const RunControl& control) {
   FitToolOptions options = given;
   const std::string picked = ApplyAccuracy(&options);
   if (!picked.empty()) control.Log(picked);
@@ -37,13 +83,6 @@ FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) 
   if (!picked.empty()) result.table = picked + "\n" + result.table;
   if (result.fitted) result.table += SeeLine(options.out, result.results);
   out.Publish();
-  return result;
-}
-
-namespace {
-
-ToolOutcome Run(const FitToolOptions& options, const RunControl& control) {
-  FitJobResult result = RunFitTool(options, control);
   return {.text = std::move(result.table),
           .cancelled = result.cancelled,
           .failure = result.fitted ? "" : "nothing could be fitted, see summary.json"};

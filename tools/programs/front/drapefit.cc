@@ -27,17 +27,6 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
-#include "tools/programs/equilibria/equilibria_tool.h"
-#include "tools/programs/fit/fit_tool.h"
-#include "tools/programs/garment/garment_tool.h"
-#include "tools/programs/measure/metrics/metrics_tool.h"
-#include "tools/programs/predict/predict_tool.h"
-#include "tools/programs/results/export/export_tool.h"
-#include "tools/programs/results/report/report_tool.h"
-#include "tools/programs/simulate/simulate_tool.h"
-#include "tools/programs/studies/bench/bench_tool.h"
-#include "tools/programs/studies/bench/speed_tool.h"
-#include "tools/programs/studies/study_program.h"
 
 extern char** environ;
 
@@ -151,11 +140,6 @@ std::string FindConfigs(const std::string& folder) {
                    "not given, and the configs of drapefit are not beside its programs");
 }
 
-void RequireProgram(const std::string& folder, const std::string& verb, const std::string& why) {
-  if (!HasProgram(folder, verb))
-    throw InputError("drape_" + verb, "is not among the programs here, " + why);
-}
-
 // The steps that make sense for the picture and the programs that are here.
 std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& folder,
                             const std::string& out) {
@@ -171,8 +155,10 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
                                  : options.fit_config;
   fit.arguments = {"--config=" + config, "--images=" + picture};
   if (!silhouette) {
-    RequireProgram(folder, "photo",
-                   "expected for a photograph; make a silhouette of it, black cloth on white");
+    if (!HasProgram(folder, "photo"))
+      throw InputError("drape_photo",
+                       "is not among the programs here, expected for a photograph; "
+                       "make a silhouette of it, black cloth on white");
     Step photo = {"photo", {picture}, out + "/photo/summary.json"};
     photo.arguments.insert(photo.arguments.end(), discs.begin(), discs.end());
     if (options.focal_35mm > 0)
@@ -346,11 +332,9 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
                    "focal length of the photograph's lens as for a full-frame camera; 0: from the "
                    "file",
                    "mm"),
-      {.key = "picture",
-       .value = &options.picture,
-       .doc = "what the picture is; auto: a silhouette where nearly all pixels are black or "
-              "white, which is taken as seen by the camera of the published images",
-       .choices = {"auto", "photo", "silhouette"}},
+      ChoiceOption("picture", &options.picture, {"auto", "photo", "silhouette"},
+                   "what the picture is; auto: a silhouette where nearly all pixels are black or "
+                   "white, which is taken as seen by the camera of the published images"),
       PathOption("fit_config", &options.fit_config,
                  "config file of drape_fit; empty: configs/programs/fit_bayes.json, a posterior "
                  "of two numbers"),

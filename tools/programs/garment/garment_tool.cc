@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/garment/garment_tool.h"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/prediction/garment/wear_job.h"
 #include "solver/prediction/prediction.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
@@ -17,14 +15,23 @@
 namespace drape {
 namespace {
 
+// The options of drape_garment.
+struct GarmentOptions {
+  WearSpec spec;
+  FabricInput fabric;
+  int threads = 0;
+  std::string backend = "auto";  // MakeStepLinearSolver
+  std::string out;
+  bool resume = false;
+};
+
 std::vector<Option> ComputationOptions(GarmentOptions& options) {
   return {
       ThreadsOption(options.threads),
-      {.key = "backend",
-       .value = &options.backend,
-       .doc = "device of the factorisations; auto: a CUDA device if there is one, else the CPU. "
-              "The rest is on the CPU",
-       .choices = {"auto", "cpu", "cuda"}},
+      ChoiceOption(
+          "backend", &options.backend, {"auto", "cpu", "cuda"},
+          "device of the factorisations; auto: a CUDA device if there is one, else the CPU. "
+          "The rest is on the CPU"),
   };
 }
 
@@ -37,8 +44,6 @@ MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& mo
                      "--start_noise");
   return MakeSpecimens(fabric, model.mesh, static_cast<uint64_t>(options.spec.seed));
 }
-
-}  // namespace
 
 OptionTable GarmentTable(GarmentOptions& options) {
   std::vector<Option> spec = FieldOptionList(options.spec);
@@ -68,24 +73,6 @@ OptionTable GarmentTable(GarmentOptions& options) {
       .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "friction", "out"}};
 }
 
-GarmentResult RunGarments(const GarmentOptions& options, const RunControl& control) {
-  const OutputFolder out(options.out, {"summary.json"});
-  GarmentResult result = RunWearJob(
-      options.spec,
-      {.threads = CountThreads(options.threads),
-       .step_threads = options.threads,
-       .backend = options.backend,
-       .out = options.out,
-       .resume = options.resume},
-      [&](const ClothModel& model) { return MakeMaterials(options, model); }, control);
-  nlohmann::ordered_json summary = WearSummary(result);
-  summary["material"] = options.fabric.path;
-  summary["min_relative_stiffness"] = options.fabric.min_relative_stiffness;
-  WriteWithProvenance(out.Staged("summary.json"), std::move(summary));
-  out.Publish();
-  return result;
-}
-
 std::string GarmentText(const GarmentResult& result) {
   std::string text =
       Format("%-10s %8s %7s %10s %11s %9s %9s %9s %9s\n", "", "vertices", "frames", "gap [mm]",
@@ -98,6 +85,7 @@ std::string GarmentText(const GarmentResult& result) {
   return text;
 }
 
+// The reason why a run has not reached its end, or empty.
 std::string GarmentFailure(const GarmentResult& result) {
   for (const GarmentRun& run : result.runs)
     if (run.wear.status == WearStatus::kFailed)
@@ -106,10 +94,21 @@ std::string GarmentFailure(const GarmentResult& result) {
   return "";
 }
 
-namespace {
-
 ToolOutcome Run(const GarmentOptions& options, const RunControl& control) {
-  const GarmentResult result = RunGarments(options, control);
+  const OutputFolder out(options.out, {"summary.json"});
+  const GarmentResult result = RunWearJob(
+      options.spec,
+      {.threads = CountThreads(options.threads),
+       .step_threads = options.threads,
+       .backend = options.backend,
+       .out = options.out,
+       .resume = options.resume},
+      [&](const ClothModel& model) { return MakeMaterials(options, model); }, control);
+  nlohmann::ordered_json summary = WearSummary(result);
+  summary["material"] = options.fabric.path;
+  summary["min_relative_stiffness"] = options.fabric.min_relative_stiffness;
+  WriteWithProvenance(out.Staged("summary.json"), std::move(summary));
+  out.Publish();
   return {.text = GarmentText(result),
           .cancelled = result.cancelled,
           .failure = GarmentFailure(result)};

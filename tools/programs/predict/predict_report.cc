@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/predict/predict_report.h"
+
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,7 +11,6 @@
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/provenance.h"
-#include "tools/programs/predict/predict_tool.h"
 #include "tools/programs/results/tables/outline_list.h"
 #include "tools/programs/results/tables/score_report.h"
 
@@ -45,7 +46,7 @@ std::string FeaturesText(const PredictionRun& run) {
   return text;
 }
 
-// Why draws have no drape, and how many.
+// The number of draws without a drape, by their reason.
 std::map<std::string, int> Failures(const PredictionRun& run) {
   std::map<std::string, int> counts;
   for (const PredictedDrape& drape : run.drapes)
@@ -248,6 +249,10 @@ Json CalibrationJson(const BendCalibration& calibration) {
 }
 
 }  // namespace
+
+int PredictionRun::at_rest() const {
+  return static_cast<int>(ObservedDrapes(drapes, ClothFace::kUnknown).size());
+}
 
 std::string PredictionText(const PredictionRun& run) {
   std::string text = CalibrationText(run) + LearnedText(run) +

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/predict/predict_tool.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,43 +10,35 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
 #include "solver/job/fit_input.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/programs/predict/predict_report.h"
 #include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
 namespace {
 
 std::vector<Option> DrawOptions(PredictToolOptions& options) {
-  const std::vector<Option> draws = {{.key = "draws",
-                                      .value = &options.draws,
-                                      .doc = "number of drapes: a multiple of repeats times faces",
-                                      .least = 2,
-                                      .most = 4096},
-                                     {.key = "seed",
-                                      .value = &options.seed,
-                                      .doc = "random seed of the run; the split has split_seed",
-                                      .least = 0}};
+  const std::vector<Option> draws = {
+      NumberOption("draws", &options.draws, 2, 4096,
+                   "number of drapes: a multiple of repeats times faces"),
+      NumberOption("seed", &options.seed, 0, kUnlimited,
+                   "random seed of the run; the split has split_seed")};
   return Concatenate(draws, FieldOptionList(options.prediction),
                      std::vector{ThreadsOption(options.threads), BackendOption(options.backend)});
 }
 
 Option CalibrateOption(PredictToolOptions& options) {
-  return {.key = "calibrate",
-          .value = &options.calibrate,
-          .doc =
-              "fit a factor on the bend stiffness for each face first, so that simulated drapes "
-              "look like those of the training samples"};
+  return PlainOption(
+      "calibrate", &options.calibrate,
+      "fit a factor on the bend stiffness for each face first, so that simulated drapes "
+      "look like those of the training samples");
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
   return {
-      {.key = "keep_meshes",
-       .value = &options.keep_meshes,
-       .doc = "also write draw_<i>.obj of each drape"},
+      PlainOption("keep_meshes", &options.keep_meshes, "also write draw_<i>.obj of each drape"),
       OutOption(options.out),
   };
 }
@@ -135,7 +125,7 @@ std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Predictio
   return report;
 }
 
-// What calibration and learning need.
+// Refuses calibration and learning without training samples.
 void CheckTraining(const PredictToolOptions& options, const PredictionRun& run) {
   if (!options.calibrate && !options.learn) return;
   if (!options.images.images.empty()) return;
@@ -175,23 +165,18 @@ ClothFace FaceOfImage(const std::string& name) {
 
 std::vector<Option> TrainingImageOptions(TrainingImages& training) {
   return {
-      {.key = "images",
-       .value = &training.images,
-       .doc = "with learn: silhouettes of the fabric to learn from in place of data (JPEG or PNG): "
-              "files, folders, patterns; the camera is then theirs",
-       .is_path = true},
-      {.key = "image_samples",
-       .value = &training.samples,
-       .doc = "the sample of each image, from 1; none: each shows its own",
-       .least = 1,
-       .most = 1000},
-      {.key = "image_faces",
-       .value = &training.faces,
-       .doc = "the face of each image that lies up: up or down; none: all up"},
+      PathOption(
+          "images", &training.images,
+          "with learn: silhouettes of the fabric to learn from in place of data (JPEG or PNG): "
+          "files, folders, patterns; the camera is then theirs"),
+      NumberOption("image_samples", &training.samples, 1, 1000,
+                   "the sample of each image, from 1; none: each shows its own"),
+      PlainOption("image_faces", &training.faces,
+                  "the face of each image that lies up: up or down; none: all up"),
   };
 }
 
-// Reads them through the camera of each.
+// Reads each image through its own camera.
 std::vector<ObservedCapture> ObserveTrainingImages(const TrainingImages& training,
                                                    const CameraInput& camera,
                                                    const DrapeDiscs& discs) {
@@ -218,7 +203,7 @@ std::vector<ObservedCapture> ObserveTrainingImages(const TrainingImages& trainin
 
 // Learning.
 
-// What one sample can be, by the drapes of each face.
+// The posterior of one sample, by its drapes with each face up.
 std::map<ClothFace, SpecimenPosterior> InferSample(const std::vector<ObservedCapture>& seen,
                                                    const LearningOptions& learning) {
   constexpr int kSamples = 199;
@@ -240,25 +225,16 @@ bool ShowsOneSample(const std::vector<ObservedCapture>& seen) {
 
 std::vector<Option> LearningOptionRows(PredictToolOptions& options) {
   const std::vector<Option> rows = {
-      {.key = "learn",
-       .value = &options.learn,
-       .doc =
-           "instead of a material: learn the distribution of specimens from drapes, of images or "
-           "of the training samples of data"},
-      {.key = "specimens",
-       .value = &options.specimens,
-       .doc = "instead of a material: file specimens.json of a run with learn",
-       .is_path = true},
-      {.key = "pool_seed",
-       .value = &options.pool_seed,
-       .doc = "random seed of the pool",
-       .least = 0},
-      {.key = "resamples",
-       .value = &options.learning.fit.resamples,
-       .doc = "inferences with random weights of the samples, which show how uncertain the "
-              "distribution is",
-       .least = 0,
-       .most = 1000},
+      PlainOption(
+          "learn", &options.learn,
+          "instead of a material: learn the distribution of specimens from drapes, of images or "
+          "of the training samples of data"),
+      PathOption("specimens", &options.specimens,
+                 "instead of a material: file specimens.json of a run with learn"),
+      NumberOption("pool_seed", &options.pool_seed, 0, kUnlimited, "random seed of the pool"),
+      NumberOption("resamples", &options.learning.fit.resamples, 0, 1000,
+                   "inferences with random weights of the samples, which show how uncertain the "
+                   "distribution is"),
   };
   return Concatenate(rows, TrainingImageOptions(options.images), PoolOptionRows(options.learning));
 }
@@ -307,7 +283,7 @@ void Learn(const PredictToolOptions& options, Backend& backend,
   if (one_sample) run->specimen = InferSample(seen, learning);
 }
 
-// Fewer when it was cancelled.
+// Draws the drapes; a cancelled run has fewer.
 std::vector<PredictedDrape> Draw(const PredictToolOptions& options, Backend& backend,
                                  const MaterialSource& materials, const RunControl& control,
                                  const PredictionRun& run) {
@@ -330,7 +306,7 @@ void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out)
   }
 }
 
-// White without a drape.
+// The mean image of the drapes, which is white without one.
 GrayImage ComputeMean(const PredictionRun& run) {
   const Camera& camera = run.prediction.camera;
   if (run.at_rest() == 0) return GrayImage(camera.width, camera.height);
@@ -345,12 +321,6 @@ void WriteMeshes(const PredictionRun& run, const OutputFolder& out) {
     if (run.drapes[i].seen)
       WriteObj(out.Staged("draw_" + std::to_string(i + 1) + ".obj"), run.scene.model->mesh,
                run.drapes[i].x, run.prediction.discs);
-}
-
-}  // namespace
-
-int PredictionRun::at_rest() const {
-  return static_cast<int>(ObservedDrapes(drapes, ClothFace::kUnknown).size());
 }
 
 OptionTable PredictTable(PredictToolOptions& options) {
@@ -378,16 +348,18 @@ OptionTable PredictTable(PredictToolOptions& options) {
       .options = Concatenate(
           Grouped("fabric", ClothOptions(options.scene)),
           Grouped("samples and simulation", DrawOptions(options)),
-          Grouped("held-out drapes (--data)",
-                  Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
+          Grouped("held-out drapes (--data)", Concatenate(FieldOptionList(options.data),
+                                                          std::vector{CalibrateOption(options)})),
           Grouped("learning (--learn)", LearningOptionRows(options)),
-          Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
+          Grouped("camera", FieldOptionList(options.camera)),
+          Grouped("files", FileOptions(options))),
       .common = {"fabric", "learn", "images", "pool", "specimen", "support", "mesh", "draws",
                  "repeats", "seed", "data", "data_fabric", "train", "calibrate", "threads",
                  "backend", "out"}};
 }
 
-PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
+// Reads all input before it computes. A cancelled run writes what it has.
+ToolOutcome Run(const PredictToolOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   RequireOneSource(options);
   PredictionRun run;
@@ -424,13 +396,6 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   if (run.calibration && run.scene.fabric.kind == "table") WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);
   out.Publish();
-  return run;
-}
-
-namespace {
-
-ToolOutcome Run(const PredictToolOptions& options, const RunControl& control) {
-  const PredictionRun run = RunPrediction(options, control);
   return {.text = PredictionText(run),
           .cancelled = run.cancelled,
           .failure = run.at_rest() > 0 ? "" : "no sample came to rest, see summary.json"};

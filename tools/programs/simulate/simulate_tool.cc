@@ -27,15 +27,54 @@
 #include "physics/simulation/statics/stiffness.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/simulation.h"
 #include "solver/prediction/exchange/geometry/drape_files.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
 namespace {
+
+// A drape as the camera sees it.
+struct DrapeView {
+  GrayImage silhouette;                     // coverage by 4×4 samples a pixel
+  std::optional<double> drape_coefficient;  // by the area of the coverage; none for a cloth or a
+                                            // support of other radii than the discs', and with a
+                                            // fault
+  std::string fault;                        // why this is no picture of a drape: "tangled" (its
+                                            // area is less than the support's or more than the
+                                            // cloth's), "not all in the picture", "too small in the
+                                            // picture"; or empty
+  std::optional<int> folds;                 // none where the outline has gaps
+  std::optional<SilhouetteMetrics> metrics;  // against an image, where one is given
+};
+
+// Measurements of a cloth that lies on no support: a strip or a plate.
+struct StripView {
+  double length;       // at rest, from the last held vertex to the far end along x [m]
+  double drop, reach;  // of the tip below and beyond the last held vertex [m]
+  double chord;        // angle of the tip below the horizontal, seen from there [°]
+  double stretch;      // distance of the tip from there by `length`
+};
+struct UnsupportedView {
+  double largest_move;             // of a vertex from rest [m]
+  double sag;                      // of the lowest vertex below rest [m]
+  std::optional<StripView> strip;  // where the scene holds a half-plane along x
+};
+
+// The results of drape_simulate, for its summary.
+struct SimulateResult {
+  SimulationResult simulation;
+  std::string backend;                         // Backend::name
+  double force_residual = 0.0;                 // ‖f‖ / weight of the last shape
+  int self_intersections = 0;                  // of the last shape (CountSelfIntersections)
+  Eigen::VectorXd lowest_eigenvalues;          // of K by mass there [s⁻²]; empty: not found
+  std::optional<DrapeView> view;               // of the last shape on a support
+  std::optional<UnsupportedView> unsupported;  // of the last shape without one
+  std::string line;                            // the drape in one line, for a person
+};
 
 constexpr int kAngles = 360, kSupersample = 4;
 constexpr double kFarthest = 1e6;  // [px] from the corner: what has flown off is no drape
@@ -389,7 +428,7 @@ SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
   return task;
 }
 
-// What the camera or the strip's tester sees of the last shape.
+// Measures the last shape as the camera or a tester of strips sees it.
 void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* result) {
   const ClothModel& model = *input.scene.model;
   const MaterialField& material = input.scene.fabric.material.field;
@@ -412,7 +451,7 @@ void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* r
 
 void WriteFiles(const Input& input, const SimulateResult& result, const OutputFolder& out) {
   const SimulationResult& simulation = result.simulation;
-  // Of another cloth or support than the test's, the files do not say that it is one.
+  // The files name the discs only where cloth and support are discs of the test.
   std::optional<DrapeDiscs> discs;
   if (HasDiscs(*input.scene.model, input.scene.discs)) discs = input.scene.discs;
   if (simulation.end.x.allFinite() && simulation.end.v.allFinite()) {
@@ -452,15 +491,12 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
 std::vector<Option> FileOptions(SimulateOptions& options) {
   return {
       PathOption("image", &options.image, "silhouette (JPEG or PNG) to compare the drape with"),
-      {.key = "dump_steps",
-       .value = &options.dump_steps,
-       .doc = "steps whose states are written to state_<step>.json; 0: the start",
-       .least = 0},
-      {.key = "geometry",
-       .value = &options.geometry,
-       .doc =
-           "vtu: further files of the drape with strain, tension and stiffness of each face, for "
-           "ParaView; with dump_steps a series drape.pvd"},
+      NumberOption("dump_steps", &options.dump_steps, 0, kUnlimited,
+                   "steps whose states are written to state_<step>.json; 0: the start"),
+      PlainOption(
+          "geometry", &options.geometry,
+          "vtu: further files of the drape with strain, tension and stiffness of each face, for "
+          "ParaView; with dump_steps a series drape.pvd"),
       OutOption(options.out),
   };
 }
@@ -469,56 +505,49 @@ std::vector<Option> FileOptions(SimulateOptions& options) {
 
 OptionTable SimulateTable(SimulateOptions& options) {
   const std::vector<Option> steps = {
-      {.key = "solve",
-       .value = &options.solve,
-       .doc = "method: time steps (dynamic), time steps followed by Newton's method (hybrid), or "
-              "Newton's method from --start (static)",
-       .choices = {"dynamic", "hybrid", "static"}},
-      TimeStepOption(options.h),
+      ChoiceOption(
+          "solve", &options.solve, {"dynamic", "hybrid", "static"},
+          "method: time steps (dynamic), time steps followed by Newton's method (hybrid), or "
+          "Newton's method from --start (static)"),
+      TimeStepOption(&options.h),
       NumberOption("steps", &options.steps, 0, 1000000, "number of time steps"),
       BackendOption(options.backend),
   };
-  return {
-      .tool = "drape_simulate",
-      .summary =
-          "simulates one drape of a fabric, over the support of the Cusick test or in another "
-          "scene",
-      .example =
-          "drape_simulate --mesh=disc:1200 --fabric=configs/fabrics/cotton_blue.json "
-          "--steps=100 --dump_steps=10,100 --out=out/drape",
-      .notes =
-          "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
-          "drape.obj, silhouette.png, state_<step>.json, state_rest.json (hybrid and static), "
-          "with --geometry drape.vtu. They replace the files of an "
-          "earlier run together, at the end.\n"
-          "exit code 3: the computation failed (outcome and status in summary.json); the files "
-          "show the last good shape\n",
-      .options = Concatenate(
-          Grouped("cloth and scene", SceneOptions(options.scene)),
-          Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
-          Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"mesh", "fabric", "specimen", "support", "start", "scene", "solve", "time_step",
-                 "steps", "accuracy", "image", "out"},
-      .given = &options.accuracy.given};
+  return {.tool = "drape_simulate",
+          .summary =
+              "simulates one drape of a fabric, over the support of the Cusick test or in another "
+              "scene",
+          .example =
+              "drape_simulate --mesh=disc:1200 --fabric=configs/fabrics/cotton_blue.json "
+              "--steps=100 --dump_steps=10,100 --out=out/drape",
+          .notes =
+              "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+              "drape.obj, silhouette.png, state_<step>.json, state_rest.json (hybrid and static), "
+              "with --geometry drape.vtu. They replace the files of an "
+              "earlier run together, at the end.\n"
+              "exit code 3: the computation failed (outcome and status in summary.json); the files "
+              "show the last good shape\n",
+          .options = Concatenate(
+              Grouped("cloth and scene", FieldOptionList(options.scene)),
+              Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
+              Grouped("camera", FieldOptionList(options.camera)),
+              Grouped("files", FileOptions(options))),
+          .common = {"mesh", "fabric", "specimen", "support", "start", "scene", "solve",
+                     "time_step", "steps", "accuracy", "image", "out"},
+          .given = &options.accuracy.given};
 }
 
-SimulateResult RunSimulate(const SimulateOptions& given, const RunControl& control) {
+namespace {
+
+ToolOutcome Run(const SimulateOptions& given, const RunControl& control) {
   SimulateOptions options = given;
   const std::vector<std::string> seen = {given.image, given.camera.FileFor(given.image)};
   options.scene.discs = GivenDiscs(FindDiscs(given.scene.discs, seen));
   const std::string picked = ApplyAccuracy(&options);
   CheckOptions(options);
-  SimulateResult result = RunChecked(options, control);
-  if (!picked.empty()) result.line = picked + "\n" + result.line;
-  return result;
-}
-
-namespace {
-
-ToolOutcome Run(const SimulateOptions& options, const RunControl& control) {
-  const SimulateResult result = RunSimulate(options, control);
+  const SimulateResult result = RunChecked(options, control);
   const SimulationResult& simulation = result.simulation;
-  return {.text = result.line + "\n",
+  return {.text = (picked.empty() ? "" : picked + "\n") + result.line + "\n",
           .cancelled = simulation.outcome == SimulationOutcome::kCancelled,
           .failure = simulation.outcome == SimulationOutcome::kFailed ? simulation.status : ""};
 }

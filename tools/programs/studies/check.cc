@@ -14,6 +14,7 @@
 #include "physics/util/text_format.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -261,14 +262,20 @@ bool AllPass(const std::vector<CheckRow>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const CheckRow& row) { return row.ok(); });
 }
 
+namespace {
+
+// The options of drape_check.
+struct CheckToolOptions {
+  SceneInput scene;
+  CheckOptions check;
+};
+
 OptionTable CheckTable(CheckToolOptions& options) {
   const std::vector<Option> checks = {
-      TimeStepOption(options.check.h, "time step of the rollouts"),
+      TimeStepOption(&options.check.h, "time step of the rollouts"),
       NumberOption("steps", &options.check.steps, 1, 1000, "number of time steps of the rollouts"),
-      {.key = "seed",
-       .value = &options.check.seed,
-       .doc = "random seed of the run: of the directions and the noise",
-       .least = 0},
+      NumberOption("seed", &options.check.seed, 0, kUnlimited,
+                   "random seed of the run: of the directions and the noise"),
       NumberOption("noise", &options.check.noise, 0, 1,
                    "random offset of the start, which breaks its symmetry", "mean edge lengths"),
   };
@@ -276,10 +283,8 @@ OptionTable CheckTable(CheckToolOptions& options) {
           .summary = "checks the forces, energies and derivatives of a scene and prints a table",
           .example = "drape_check --config=configs/programs/check.json --law=reference",
           .notes = "exit code 1: a check failed\n",
-          .options = Concatenate(SceneOptions(options.scene), checks)};
+          .options = Concatenate(FieldOptionList(options.scene), checks)};
 }
-
-namespace {
 
 // One row per check: group, name, value, bound and ok or FAIL; then how many failed.
 std::string CheckTableText(const std::vector<CheckRow>& rows) {

@@ -8,8 +8,6 @@
 
 #include "physics/simulation/rollout.h"
 #include "physics/util/run_control.h"
-#include "tools/cli/option_table.h"
-#include "tools/inputs/scene_input.h"
 
 namespace drape {
 
@@ -57,13 +55,5 @@ std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,
                                  const CheckOptions& options, const RunControl& control = {});
 
 bool AllPass(const std::vector<CheckRow>& rows);
-
-// What drape_check checks.
-struct CheckToolOptions {
-  SceneInput scene;
-  CheckOptions check;
-};
-// Points into `options`, which outlives it.
-OptionTable CheckTable(CheckToolOptions& options);
 
 }  // namespace drape

@@ -13,7 +13,7 @@
 namespace drape {
 namespace {
 
-// What a user of drape_compare sets.
+// The options of drape_compare.
 struct CompareToolOptions {
   CompareToolOptions() {
     fit.spec.fields.basis = FieldBasis::kModes;  // elements do not carry over
@@ -40,31 +40,25 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .doc = "folder of the published data set",
        .is_path = true,
        .required = true},
-      {.key = "data_fabric",
-       .value = &options.fabrics,
-       .doc = "fabrics of the data set, as in 1,3-5"},
-      {.key = "models",
-       .value = &job.models,
-       .doc = "models to compare: homogeneous, heterogeneous, bdp and bayes of drape_fit; "
-              "isotropic and linear tables; scales and columns (2 and 7 parameters); bend and "
-              "bend_rows (1 and 3 parameters, with the initial guess of stretch); elements (the "
-              "other basis of the heterogeneous model); generative (distributions of eight numbers "
-              "of a specimen, learned from the drapes of the training samples)"},
-      {.key = "seeds",
-       .value = &job.seeds,
-       .doc = "random seeds, each for one repetition: of the split that all models share, and of "
-              "the samples of posteriors and drapes",
-       .least = 0},
+      PlainOption("data_fabric", &options.fabrics, "fabrics of the data set, as in 1,3-5"),
+      PlainOption(
+          "models", &job.models,
+          "models to compare: homogeneous, heterogeneous, bdp and bayes of drape_fit; "
+          "isotropic and linear tables; scales and columns (2 and 7 parameters); bend and "
+          "bend_rows (1 and 3 parameters, with the initial guess of stretch); elements (the "
+          "other basis of the heterogeneous model); generative (distributions of eight numbers "
+          "of a specimen, learned from the drapes of the training samples)"),
+      NumberOption(
+          "seeds", &job.seeds, 0, kUnlimited,
+          "random seeds, each for one repetition: of the split that all models share, and of "
+          "the samples of posteriors and drapes"),
       FabricOption(&job.materials),
       NumberOption("train", &job.train, 1, 9999,
                    "number of training samples of each fabric; the others are held out"),
-      {.key = "train_captures",
-       .value = &options.train_captures,
-       .doc = "captures of the training samples to fit, as in 1,3; none: all"},
-      {.key = "face",
-       .value = &options.face,
-       .doc = "face of the cloth that lies up: captures 1 and 2 show it up, 3 and 4 down",
-       .choices = {"up", "down", "both"}},
+      PlainOption("train_captures", &options.train_captures,
+                  "captures of the training samples to fit, as in 1,3; none: all"),
+      ChoiceOption("face", &options.face, {"up", "down", "both"},
+                   "face of the cloth that lies up: captures 1 and 2 show it up, 3 and 4 down"),
   };
 }
 
@@ -72,10 +66,9 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
   return {
       NumberOption("draws", &options.job.draws, 4, 4096,
                    "number of drapes predicted by each fit, shared equally by the held-out faces"),
-      {.key = "calibrate",
-       .value = &options.job.calibrate,
-       .doc = "fit a factor on the bend stiffness for each face, so that simulated drapes look "
-              "like the training captures"},
+      PlainOption("calibrate", &options.job.calibrate,
+                  "fit a factor on the bend stiffness for each face, so that simulated drapes look "
+                  "like the training captures"),
   };
 }
 

@@ -9,7 +9,7 @@
 namespace drape {
 namespace {
 
-// What a user of drape_gradients sets.
+// The options of drape_gradients.
 struct GradientsOptions {
   std::string mesh = "disc:300";
   std::string fabric = kBuiltInName;  // ReadMaterial
@@ -25,13 +25,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
       NumberOption("start_seed", &gradients.start_seed, 0, 1000000000,
                    "random seed of the start shape"),
       NumberOption("horizons", &gradients.horizons, 1, 100000, "numbers of time steps"),
-      {.key = "time_steps",
-       .value = &gradients.time_steps,
-       .doc = "time steps",
-       .unit = "s",
-       .least = 0,
-       .most = 10,
-       .above_least = true},
+      PositiveOption("time_steps", &gradients.time_steps, 10, "time steps", "s"),
       NumberOption(
           "fold_starts", &gradients.fold_starts, 0, 1000,
           "number of branches followed towards softer bend until they end; their seeds begin at "

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "solver/studies/optimisers/optimiser_study.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/study_program.h"
 
@@ -37,13 +36,12 @@ std::vector<Option> ProblemOptions(OptimiserStudyOptions& options) {
 std::vector<Option> MethodOptions(OptimiserStudyOptions& options) {
   OptimiserOptions& optimiser = options.optimiser;
   return {
-      {.key = "methods",
-       .value = &options.methods,
-       .doc =
-           "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
-           "adam_0.03, adam_0.1, bobyqa, sbplx, crs, direct (none: all of these) and, with "
-           "python3-scipy, cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, "
-           "hesbo_4, hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
+      PlainOption(
+          "methods", &options.methods,
+          "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
+          "adam_0.03, adam_0.1, bobyqa, sbplx, crs, direct (none: all of these) and, with "
+          "python3-scipy, cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, "
+          "hesbo_4, hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"),
       NumberOption("budget", &optimiser.budget, 1, 1e6, "budget of each run in rollouts"),
       NumberOption("jacobian_cost_units", &optimiser.jacobian_cost_units, 0, 1000,
                    "cost of a Jacobian in rollouts, beside its own rollout"),

@@ -11,11 +11,9 @@
 #include "physics/util/text_format.h"
 #include "solver/posterior/space/space_io.h"
 #include "solver/studies/recognition/recognition.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/studies/study_program.h"
@@ -23,7 +21,7 @@
 namespace drape {
 namespace {
 
-// What a user of drape_space sets.
+// The options of drape_space.
 struct SpaceToolOptions {
   SpaceToolOptions() {
     fit.spec.model = FitModel::kBayes;
@@ -63,35 +61,30 @@ std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
 }
 
 std::vector<Option> DataOptions(SpaceToolOptions& options) {
-  const auto list = [](const char* key, std::string* value, const char* doc) {
-    return Option{.key = key, .value = value, .doc = doc};
-  };
   return {
       PathOption(
           "data", &options.data,
           "folder of the published data set, whose fabrics are fitted instead of posteriors"),
-      list("data_fabric", &options.fabrics, "with --data: fabrics, as in 1,3-5; empty: all"),
-      list("samples", &options.samples, "with --data: samples to fit, as in 1,3-5; empty: all"),
-      list("captures", &options.captures, "with --data: captures to fit, as in 1,3; empty: all"),
+      PlainOption("data_fabric", &options.fabrics, "with --data: fabrics, as in 1,3-5; empty: all"),
+      PlainOption("samples", &options.samples,
+                  "with --data: samples to fit, as in 1,3-5; empty: all"),
+      PlainOption("captures", &options.captures,
+                  "with --data: captures to fit, as in 1,3; empty: all"),
       FabricOption(&options.fit.data.material),
       ThreadsOption(options.fit.spec.threads)};
 }
 
 std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
   std::vector<Option> all = {
-      {.key = "recognise",
-       .value = &options.recognise,
-       .doc = "with --data: tell the fabric of each sample from the other samples"},
-      {.key = "ways",
-       .value = &options.ways,
-       .doc = "evidence to use; several are also combined: posterior (of a fit of each sample "
-              "alone), predictions (drapes of learned distributions of specimens, from a pool of "
-              "simulated drapes, without a fit), features (of the images alone)"},
-      {.key = "pool_mesh",
-       .value = &options.learning.pool.mesh,
-       .doc = "cloth of the pool; it may differ from `mesh`, that of the fits",
-       .is_path = true,
-       .words = {"disc:"}}};
+      PlainOption("recognise", &options.recognise,
+                  "with --data: tell the fabric of each sample from the other samples"),
+      PlainOption(
+          "ways", &options.ways,
+          "evidence to use; several are also combined: posterior (of a fit of each sample "
+          "alone), predictions (drapes of learned distributions of specimens, from a pool of "
+          "simulated drapes, without a fit), features (of the images alone)"),
+      MeshOption("pool_mesh", &options.learning.pool.mesh,
+                 "cloth of the pool; it may differ from `mesh`, that of the fits")};
   for (Option& option : PoolOptionRows(options.learning))
     if (option.key == "pool" || option.key == "pool_drapes") all.push_back(std::move(option));
   return all;
@@ -164,7 +157,7 @@ void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
                     1, control);
 }
 
-// How each fabric of a data set, or each sample, is fitted.
+// The fits of each fabric of a data set, or of each sample.
 FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
   FitCellJob job;
   job.fit = MakeFitSpec(options.fit);

@@ -11,7 +11,7 @@
 namespace drape {
 namespace {
 
-// What a user of drape_stability sets.
+// The options of drape_stability.
 struct StabilityOptions {
   std::string mesh = "disc:120";      // ParseMeshSpec
   std::string fabric = kBuiltInName;  // ReadMaterial; each run sets the density
@@ -34,13 +34,8 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
       NumberOption("seed", &o.setting.seed, 0, 1000000000,
                    "random seed of the run, which only tangled starts use"),
       NumberOption("drag", &o.setting.drag, 0, 1000, "air drag of the explicit method", "1/s"),
-      {.key = "duration",
-       .value = &o.setting.duration,
-       .doc = "simulated time of a run, at least 40 steps",
-       .unit = "s",
-       .least = 0,
-       .most = 1000,
-       .above_least = true},
+      PositiveOption("duration", &o.setting.duration, 1000,
+                     "simulated time of a run, at least 40 steps", "s"),
   };
 }
 
@@ -52,13 +47,8 @@ std::vector<Option> LimitOptions(StabilityOptions& o) {
                    "largest number of Newton steps of a static run"),
       NumberOption("max_explicit_steps", &o.setting.max_explicit_steps, 10, 100000000,
                    "largest number of steps of an explicit run"),
-      {.key = "max_seconds",
-       .value = &o.setting.max_seconds,
-       .doc = "largest computing time of a run",
-       .unit = "s",
-       .least = 0,
-       .most = 1e6,
-       .above_least = true},
+      PositiveOption("max_seconds", &o.setting.max_seconds, 1e6, "largest computing time of a run",
+                     "s"),
   };
 }
 
@@ -70,13 +60,8 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
            "maps as 'methods axis=values axis=values', such as 'step+implicit time_step=1e-3:0.5:9 "
            "stiffness=0.1/1/10'; an axis with one value is constant, as is law=reference",
        .required = true},
-      {.key = "damping_time_step",
-       .value = &o.damping_h,
-       .doc = "time steps at which the damping of vibrations is measured",
-       .unit = "s",
-       .least = 0,
-       .most = 10,
-       .above_least = true},
+      PositiveOption("damping_time_step", &o.damping_h, 10,
+                     "time steps at which the damping of vibrations is measured", "s"),
       ThreadsOption(o.study.threads),
   };
 }

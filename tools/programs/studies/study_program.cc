@@ -2,9 +2,7 @@
 #include "tools/programs/studies/study_program.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
@@ -17,22 +15,7 @@
 namespace drape {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
-
-// share/drapefit/studies beside the installed programs, or the source tree above the build folder.
-fs::path FindStudyScript(const std::string& name) {
-  std::error_code ignored;
-  const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  const fs::path file = name + ".py";
-  const fs::path installed = programs.parent_path() / "share/drapefit/studies" / file;
-  if (fs::exists(installed, ignored)) return installed;
-  for (fs::path folder = programs; folder.has_relative_path(); folder = folder.parent_path())
-    if (const fs::path source = folder / "tools/programs/studies/scripts" / file;
-        fs::exists(source, ignored))
-      return source;
-  return {};
-}
 
 std::string LastLine(const std::string& text) {
   const std::size_t end = text.find_last_not_of('\n');
@@ -44,24 +27,20 @@ std::string LastLine(const std::string& text) {
 }  // namespace
 
 std::vector<std::string> StudyScriptCommand(const std::string& name) {
-  const fs::path debian = "/usr/bin/python3";
-  std::error_code ignored;
-  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
-          FindStudyScript(name).string()};
+  return ScriptCommand("studies/" + name + ".py", "tools/programs/studies/scripts/" + name + ".py");
 }
 
 std::vector<Option> StudyOptionList(StudyOptions& options) {
   return Concatenate(
       std::vector<Option>{OutOption(options.out)},
       OfOneRun({
-          {.key = "list",
-           .value = &options.list,
-           .doc = "print the names of the independent runs (cells) in their order, and end"},
-          {.key = "share",
-           .value = &options.share,
-           .doc = "i/n: run only the cells k with k mod n = i and write no tables, beside "
-                  "processes with other shares of the same --out; without it, finished cells are "
-                  "kept and the missing ones run"},
+          PlainOption("list", &options.list,
+                      "print the names of the independent runs (cells) in their order, and end"),
+          PlainOption(
+              "share", &options.share,
+              "i/n: run only the cells k with k mod n = i and write no tables, beside "
+              "processes with other shares of the same --out; without it, finished cells are "
+              "kept and the missing ones run"),
       }));
 }
 

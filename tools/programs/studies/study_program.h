@@ -15,14 +15,6 @@
 
 namespace drape {
 
-// The programs of studies.
-int CheckMain(int argc, char** argv);              // drape_check
-int CompareMain(int argc, char** argv);            // drape_compare
-int CompareOptimisersMain(int argc, char** argv);  // drape_compare_optimisers
-int GradientsMain(int argc, char** argv);          // drape_gradients
-int SpaceMain(int argc, char** argv);              // drape_space
-int StabilityMain(int argc, char** argv);          // drape_stability
-
 // How a program becomes a study: its options hold a StudyOptions, whose rows are
 // StudyOptionList; its run makes a Study and calls RunStudyProgram, which does the rest. The
 // program writes numbers; tables and pictures are made of them by scripts/<study>.py, which the
@@ -31,8 +23,7 @@ int StabilityMain(int argc, char** argv);          // drape_stability
 // A script begins with `from study import …` (scripts/study.py): it reads OUT/<study>.json, writes
 // its files to OUT, and prints what the program is to say.
 
-// What starts the script of that name, whose path is the last word and empty where it is not
-// installed: Debian's python3, which has numpy and matplotlib, or else the first of PATH.
+// ScriptCommand of scripts/<name>.py.
 std::vector<std::string> StudyScriptCommand(const std::string& name);
 
 // --out, --list and --share.

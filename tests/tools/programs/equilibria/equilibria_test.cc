@@ -4,8 +4,8 @@
 
 #include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
+#include "solver/forward/random_drapes.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/equilibria/equilibria_tool.h"
 
 namespace drape::test {
 namespace {
@@ -115,19 +115,16 @@ TEST_F(EquilibriaTool, WritesTableStatesAndOutlines) {
     }
 }
 
-TEST(EquilibriaTable, SaysHowManyBranchesAreLeftOut) {
-  EquilibriumSurvey survey;
-  survey.samples.resize(12);
-  for (int i = 0; i < 12; ++i) {
-    survey.samples[i].at_rest = true;
-    survey.clusters.push_back({.members = {i}});
-  }
-  survey.spread.drapes = 12;
-  const std::string text = EquilibriaTableText(survey);
-  EXPECT_THAT(text, testing::HasSubstr("… 2 more in summary.json\n"));
-  EXPECT_THAT(text, testing::HasSubstr("12 drapes at rest, 12 branches: hardly any two"));
-  survey.clusters.resize(1);
-  EXPECT_THAT(EquilibriaTableText(survey), testing::HasSubstr("12 drapes at rest, 1 branch\n"));
+TEST_F(EquilibriaTool, SaysHowManyBranchesAreLeftOut) {
+  const ProcessResult each = Run({"--samples=16", "--tolerance=1e-12"});
+  ASSERT_EQ(each.exit_code, 0) << each.err;
+  const std::size_t count = ReadJson(Path("out/summary.json")).at("branches").size();
+  ASSERT_GT(count, 10u);
+  EXPECT_THAT(each.out,
+              testing::HasSubstr("… " + std::to_string(count - 10) + " more in summary.json\n"));
+  EXPECT_THAT(each.out,
+              testing::HasSubstr(std::to_string(count) + " branches: hardly any two starts"));
+  EXPECT_THAT(Run({"--tolerance=1"}).out, testing::HasSubstr(" drapes at rest, 1 branch\n"));
 }
 
 TEST_F(EquilibriaTool, ItsStatesAreDrapesAtRest) {
@@ -169,11 +166,12 @@ TEST_F(EquilibriaTool, MistakesAreOneLine) {
 }
 
 TEST_F(EquilibriaTool, HelpAndConfigAreComplete) {
-  EquilibriaOptions options;
-  const OptionTable table = EquilibriaTable(options);
-  EXPECT_EQ(RunProcess({kFindEquilibria, "--help"}).out, table.Help());
-  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/programs/equilibria.json");
-  EXPECT_EQ(options.sampling.samples, 32);
+  EXPECT_THAT(RunProcess({kFindEquilibria, "--help"}).out,
+              testing::HasSubstr("usage: drape_equilibria [--config=FILE]"));
+  const std::string config = std::string(DRAPE_SOURCE_DIR) + "/configs/programs/equilibria.json";
+  // The config has been read when the command line is.
+  ExpectOneLineError(RunProcess({kFindEquilibria, "--config=" + config, "--samples=0"}),
+                     "option 'samples': found '0'");
 }
 
 }  // namespace

@@ -7,15 +7,16 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
 #include "solver/prediction/garment/pattern/pattern.h"
+#include "solver/prediction/garment/wear_job.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/solver/prediction/garment/read_cache.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/garment/garment_tool.h"
 
 namespace drape::test {
 namespace {
@@ -82,26 +83,30 @@ TEST_F(GarmentTool, AResumedRunHasTheFramesOfOneRun) {
 
 // Without Newton steps the first time step fails, where the garment starts.
 TEST_F(GarmentTool, AFailureNamesItsPlace) {
-  GarmentOptions options;
-  options.spec.garment = kSkirt;
-  options.spec.body = "mannequin:stand";
-  options.spec.edge = 0.05;
-  options.spec.seconds = 0.04;
-  options.spec.wear.euler.max_iterations = 0;
-  options.fabric.path = kFabric;
-  options.out = Path("failed");
-  const std::string failure = GarmentFailure(RunGarments(options, {}));
+  WearSpec spec;
+  spec.garment = kSkirt;
+  spec.body = "mannequin:stand";
+  spec.edge = 0.05;
+  spec.seconds = 0.04;
+  spec.wear.euler.max_iterations = 0;
+  std::filesystem::create_directories(Path("failed"));
+  const auto one_fabric = [](const ClothModel&) {
+    return [](int) { return ReadMaterial(kFabric).field; };
+  };
+  const GarmentResult result = RunWearJob(spec, {.out = Path("failed")}, one_fabric, {});
+  ASSERT_EQ(result.runs.at(0).wear.status, WearStatus::kFailed);
+  const std::string failure = result.runs[0].wear.reason;
   double x = 0.0, y = 0.0, z = 0.0;
   int vertex = 0;
   char panel[40] = "";
   ASSERT_EQ(std::sscanf(failure.c_str(),
                         "step 1, at 0.000 s, does not converge, even in 64 parts, near (%lf, %lf, "
-                        "%lf) cm, vertex %d of garment.obj in panel '%39[^']', see",
+                        "%lf) cm, vertex %d of garment.obj in panel '%39[^']'",
                         &x, &y, &z, &vertex, panel),
             5)
       << failure;
   const Pattern pattern = ReadPattern(kSkirt);
-  const GarmentMesh mesh = MakeGarmentMesh(pattern, options.spec.edge);
+  const GarmentMesh mesh = MakeGarmentMesh(pattern, spec.edge);
   const Eigen::VectorXd start = ReadObjSurface(Path("failed/garment.obj")).x;
   ASSERT_LE(3 * vertex, start.size());
   EXPECT_LT((100.0 * start.segment<3>(3 * (vertex - 1)) - Eigen::Vector3d(x, y, z)).norm(), 0.1);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/measure/metrics/metrics_tool.h"
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -13,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "losses/camera/camera.h"
+#include "losses/dataset/trivial_predictors.h"
 #include "losses/image/segmentation.h"
 #include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
@@ -22,7 +22,6 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
@@ -34,9 +33,21 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// What drape_metrics is given to measure or to compare.
+// The options of drape_metrics.
+struct MetricsOptions {
+  std::vector<std::string> operands;  // files and folders; none with a data set
+  CameraInput camera;
+  DiscsInput discs;
+  std::string centre = "auto";  // CentreMode; auto: outline for drapes by themselves
+  DatasetQuery data;            // its folder: none with operands
+  std::string csv;              // file of the drapes measured by themselves
+  std::string overlay;          // picture of one
+  std::string out;              // JSON file
+};
 
-// How drapes are looked at.
+// Files to measure or to compare.
+
+// The view of a drape.
 struct View {
   CameraInput camera;
   CentreMode centre = CentreMode::kNominal;
@@ -62,15 +73,6 @@ bool IsMesh(const fs::path& path) { return LowerExtension(path) == ".obj"; }
 bool IsImage(const fs::path& path) {
   const std::string extension = LowerExtension(path);
   return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
-}
-
-template <class Wanted>
-std::vector<std::string> FilesIn(const std::string& folder, const Wanted& wanted) {
-  std::vector<std::string> files;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (wanted(entry.path())) files.push_back(entry.path().string());
-  std::sort(files.begin(), files.end());
-  return files;
 }
 
 // Returns whether `path` is a folder. Throws InputError when there is nothing there.
@@ -121,7 +123,10 @@ Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
 
 // Images and meshes in a folder, sorted. Throws InputError for fewer than `least`.
 std::vector<std::string> DrapesIn(const std::string& folder, size_t least) {
-  auto files = FilesIn(folder, [](const fs::path& path) { return IsMesh(path) || IsImage(path); });
+  std::vector<std::string> files;
+  for (const fs::path& path : fs::directory_iterator(folder))
+    if (IsMesh(path) || IsImage(path)) files.push_back(path.string());
+  std::sort(files.begin(), files.end());
   if (files.size() < least) {
     throw InputError(folder, "found " + std::to_string(files.size()) +
                                  " images and meshes, expected at least " + std::to_string(least));
@@ -129,7 +134,7 @@ std::vector<std::string> DrapesIn(const std::string& folder, size_t least) {
   return files;
 }
 
-// How drape_metrics says what it found: tables for a terminal (mm, mm²), JSON in SI units.
+// Reports: tables for a terminal (mm, mm²), JSON in SI units.
 
 struct ComparedPair {
   std::string a, b;  // paths
@@ -250,7 +255,7 @@ std::string MeasuredTable(const std::vector<MeasuredDrape>& drapes) {
   return text;
 }
 
-// The same as comma-separated values, with a line of names that hold the units.
+// The drapes as comma-separated values, with a line of names that hold the units.
 std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes) {
   std::string text = "file,";
   for (const FeatureColumn& column : kFeatureColumns) text += std::string(column.key) + ",";
@@ -323,8 +328,8 @@ Json PairJson(const ComparedPair& pair) {
   return json;
 }
 
-// How drapes are looked at by themselves and in a comparison. files: what says of which discs they
-// are, which have to agree.
+// The view of drapes by themselves or in a comparison. files: they name the discs of the drapes,
+// and have to agree.
 View MakeView(const MetricsOptions& options, CentreMode by_default,
               std::vector<std::string> files) {
   const CentreMode centre =
@@ -355,7 +360,7 @@ ComparedPair Compare(const std::string& a, const std::string& b, const View& vie
   return pair;
 }
 
-// What a mode has found: the table and its part of the JSON file.
+// The results of a mode: the table and its part of the JSON file.
 struct Found {
   std::string text;
   Json json;
@@ -497,14 +502,12 @@ Found EvaluateData(const MetricsOptions& options, const RunControl& control) {
   return found;
 }
 
-// How drapes are looked at.
+// The option of the centre.
 std::vector<Option> ViewOptions(MetricsOptions& options) {
-  return {{.key = "centre",
-           .value = &options.centre,
-           .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
-                  "found from the outline of each drape; auto: outline for drapes by "
-                  "themselves, nominal for those that are compared",
-           .choices = {"auto", "nominal", "outline"}}};
+  return {ChoiceOption("centre", &options.centre, {"auto", "nominal", "outline"},
+                       "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
+                       "found from the outline of each drape; auto: outline for drapes by "
+                       "themselves, nominal for those that are compared")};
 }
 
 std::vector<Option> FileOptions(MetricsOptions& options) {
@@ -516,13 +519,11 @@ std::vector<Option> FileOptions(MetricsOptions& options) {
       PathOption("out", &options.out, "JSON file for the results")};
 }
 
-}  // namespace
-
 OptionTable MetricsTable(MetricsOptions& options) {
-  std::vector<Option> all =
-      Concatenate(Grouped("camera", CameraOptions(options.camera)), FieldOptionList(options.discs),
-                  ViewOptions(options), Grouped("data set", DatasetOptions(options.data)),
-                  OfOneRun(FileOptions(options)));
+  std::vector<Option> all = Concatenate(Grouped("camera", FieldOptionList(options.camera)),
+                                        FieldOptionList(options.discs), ViewOptions(options),
+                                        Grouped("data set", FieldOptionList(options.data)),
+                                        OfOneRun(FileOptions(options)));
   return {
       .tool = "drape_metrics",
       .summary =
@@ -544,20 +545,16 @@ OptionTable MetricsTable(MetricsOptions& options) {
       .operand_names = "[A [B …]]"};
 }
 
-std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
+// Measures one file, a folder or several files, compares two files or folders, or lists a data set
+// and evaluates its trivial predictors. Writes the files that the options name.
+ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
   for (const std::string& file : {options.out, options.csv, options.overlay})
     if (!file.empty()) CheckReplaceable(file);
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);
-  if (control.cancelled()) return "";
+  if (control.cancelled()) return {.cancelled = true};
   if (!options.out.empty()) WriteWithProvenance(options.out, found.json);
-  return found.text;
-}
-
-namespace {
-
-ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
-  return {.text = RunMetrics(options, control), .cancelled = control.cancelled()};
+  return {.text = found.text};
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
@@ -21,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What a user of drape_photo sets.
+// The options of drape_photo.
 struct PhotoToolOptions {
   std::vector<std::string> operands;  // one photograph
   PhotoOptions photo;

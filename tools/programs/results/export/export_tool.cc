@@ -1,30 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/results/export/export_tool.h"
-
 #include <glog/logging.h>
 
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
+#include "losses/camera/camera.h"
+#include "physics/material/laws/law_kind.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/forward/random_drapes.h"
-#include "tools/cli/field_options.h"
+#include "solver/prediction/exchange/exchange_record.h"
+#include "solver/prediction/exchange/targets/export_material.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+// The options of drape_export.
+struct ExportToolOptions {
+  FabricInput fabric;
+  std::vector<std::string> to;  // names of ExportTarget, "all", "csv"
+  LinearPoint point = LinearPoint::kDrape;
+  ExportOptions target;
+  double thickness = 0.0;  // [m]; 0: not known
+  LawKind law = LawKind::kSmooth;
+  std::string mesh = "disc:600";    // of the round trip
+  DiscsInput discs;                 // of the round trip; not given: those of the fit
+  int starts = 3;                   // of the round trip; 0: none
+  int seed = 1;                     // of the first start and of the samples of a posterior
+  PosteriorTableOptions posterior;  // of "csv"; its seed is `seed`
+  int threads = 0;
+  std::string out;
+};
+
+// The change of drapes when a fabric is replaced by the part of it that another program takes. Both
+// are draped here from the same random starts.
+struct RoundTrip {
+  int starts = 0;  // of each fabric
+  int pairs = 0;   // with a stable drape of both
+  // Means over the pairs.
+  double dc_original = 0.0, dc_exported = 0.0;        // drape coefficient, 0 … 1
+  double nodes_original = 0.0, nodes_exported = 0.0;  // number of folds
+};
+
+struct ExportedTarget {
+  ExportTarget target;
+  ExportedMaterial material;
+  std::optional<RoundTrip> round_trip;
+};
+struct ExportRun {
+  std::string out;
+  ExchangeRecord record;
+  std::vector<ExportedTarget> targets;
+  std::vector<std::string> posterior_files;
+  bool cancelled = false;  // then no file is written
+};
 
 std::vector<Option> LinearOptions(ExportToolOptions& options) {
   return {EnumOption("linear_at", options.point,
@@ -35,7 +76,7 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
                      "shear, or exact stretch and c12"),
           NumberOption("thickness", &options.thickness, 0, 0.1,
                        "of the fabric, which some targets need; 0: not known", "m"),
-          LawOption(options.law)};
+          EnumOption("law", options.law, "how stiffness follows from strain and curvature")};
 }
 
 std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
@@ -169,8 +210,6 @@ void DrapeTargets(const Drapes& drapes, const MaterialField& tables,
   }
 }
 
-}  // namespace
-
 OptionTable ExportTable(ExportToolOptions& options) {
   Option to = {.key = "to",
                .value = &options.to,
@@ -195,8 +234,6 @@ OptionTable ExportTable(ExportToolOptions& options) {
                                  Grouped("posterior", SampleOptions(options.posterior)),
                                  Grouped("round trip", RoundTripOptions(options)))};
 }
-
-namespace {
 
 void CheckOptions(const ExportToolOptions& options) {
   if (options.to.empty()) throw InputError("option 'to'", "found nothing, expected a target");
@@ -309,8 +346,7 @@ void WriteExportSummary(const std::string& path, const ExportToolOptions& option
   WriteWithProvenance(path, std::move(json));
 }
 
-}  // namespace
-
+// Writes a file for each target and summary.json.
 ExportRun RunExport(const ExportToolOptions& options, const RunControl& control) {
   CheckOptions(options);
   const std::vector<ExportTarget> targets = ParseTargets(options.to);
@@ -348,8 +384,6 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   out.Publish();
   return run;
 }
-
-namespace {
 
 ToolOutcome Run(const ExportToolOptions& options, const RunControl& control) {
   const ExportRun run = RunExport(options, control);

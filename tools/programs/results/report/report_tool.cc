@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/results/report/report_tool.h"
-
 #include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "physics/util/atomic_file.h"
@@ -19,8 +15,6 @@
 
 namespace drape {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct ReportOptions {
   std::vector<std::string> folders;
@@ -47,28 +41,15 @@ OptionTable ReportTable(ReportOptions& options) {
       .operand_names = "FOLDER..."};
 }
 
-// The script beside the installed programs, or in the source tree above the build folder.
-std::string FindScript() {
-  const std::string file = "report/python/drape_report.py";
-  std::error_code ignored;
-  const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  std::vector<fs::path> places = {programs.parent_path() / "share/drapefit" / file};
-  for (fs::path folder = programs; folder.has_relative_path(); folder = folder.parent_path())
-    places.push_back(folder / "tools/programs/results" / file);
-  for (const fs::path& place : places)
-    if (fs::exists(place, ignored)) return place;
-  throw InputError(places.front().string(),
-                   "is not installed, expected the script of drape_report");
-}
-
 // The script takes over this process, with its streams and signals.
 ToolOutcome Run(const ReportOptions& options, const RunControl& /*control*/) {
   if (options.folders.empty())
     throw InputError("FOLDER", "expected at least one folder of results");
   CheckReplaceable(options.out);
-  const char* python = fs::exists("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
-  std::vector<std::string> words = {python, "-B", FindScript(), options.out,
-                                    Format("%.17g", options.max_mb)};
+  const std::string script = "report/python/drape_report.py";
+  std::vector<std::string> words = ScriptCommand(script, "tools/programs/results/" + script);
+  if (words.back().empty()) throw InputError(script, "is not installed");
+  words.insert(words.end(), {options.out, Format("%.17g", options.max_mb)});
   words.insert(words.end(), options.folders.begin(), options.folders.end());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -76,8 +57,8 @@ ToolOutcome Run(const ReportOptions& options, const RunControl& /*control*/) {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  execvp(python, arguments.data());
-  throw InputError(python, std::string("cannot be run: ") + std::strerror(errno));
+  execvp(arguments[0], arguments.data());
+  throw InputError(words[0], std::string("cannot be run: ") + std::strerror(errno));
 }
 
 }  // namespace

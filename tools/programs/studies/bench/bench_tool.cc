@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/bench/bench_tool.h"
-
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -8,7 +6,6 @@
 #include "solver/job/fit_input.h"
 #include "solver/studies/bench/bench_study.h"
 #include "solver/studies/bench/speed_study.h"
-#include "tools/cli/field_options.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/study_program.h"
@@ -16,7 +13,7 @@
 namespace drape {
 namespace {
 
-// What a user of drape_bench sets.
+// The options of drape_bench.
 struct BenchOptions {
   BenchJob job;
   std::string start;                                                 // ReadStartShape
@@ -34,55 +31,31 @@ std::vector<Option> AxisOptions(BenchOptions& options) {
   BenchAxes& axes = options.job.axes;
   return {
       FabricOption(&axes.material),
-      {.key = "law",
-       .value = &axes.law,
-       .doc = "axis: constitutive laws",
-       .choices = {"reference", "smooth"}},
-      {.key = "model",
-       .value = &axes.model,
-       .doc = "axis: one table, smooth fields, one table per face and hinge; for fits also bdp and "
-              "bayes",
-       .choices = {"homogeneous", "heterogeneous_modes", "heterogeneous_elements", "bdp", "bayes"}},
+      ChoiceOption("law", &axes.law, {"reference", "smooth"}, "axis: constitutive laws"),
+      ChoiceOption(
+          "model", &axes.model,
+          {"homogeneous", "heterogeneous_modes", "heterogeneous_elements", "bdp", "bayes"},
+          "axis: one table, smooth fields, one table per face and hinge; for fits also bdp and "
+          "bayes"),
       NumberOption("draws", &axes.draws, 2, 10000,
                    "axis: number of posterior samples of a fit of the model bdp or bayes, even"),
       MeshOption("mesh", &axes.mesh, "axis: meshes, OBJ files or disc:N"),
-      {.key = "solve",
-       .value = &axes.integrator,
-       .doc = "axis: dynamic (time steps), hybrid (time steps, then Newton's method), static (a "
-              "drape relaxed on coarse_mesh, 20 time steps, then Newton's method)",
-       .choices = {"dynamic", "hybrid", "static"}},
-      {.key = "time_step",
-       .value = &axes.h,
-       .doc = "axis: time step",
-       .unit = "s",
-       .least = 0,
-       .most = 10,
-       .above_least = true},
-      {.key = "relax_time",
-       .value = &axes.relax_time,
-       .doc = "axis: simulated time; the number of steps is relax_time / time_step",
-       .unit = "s",
-       .least = 0,
-       .most = 1000,
-       .above_least = true},
-      {.key = "tolerance",
-       .value = &axes.tolerance,
-       .doc = "axis: force residual, relative to the weight, at which Newton's method ends",
-       .least = 0,
-       .above_least = true},
-      {.key = "mode",
-       .value = &axes.mode,
-       .doc = "axis: mode of differentiation",
-       .choices = {"adjoint", "tangent"}},
+      ChoiceOption(
+          "solve", &axes.integrator, {"dynamic", "hybrid", "static"},
+          "axis: dynamic (time steps), hybrid (time steps, then Newton's method), static (a "
+          "drape relaxed on coarse_mesh, 20 time steps, then Newton's method)"),
+      TimeStepOption(&axes.h, "axis: time step"),
+      PositiveOption("relax_time", &axes.relax_time, 1000,
+                     "axis: simulated time; the number of steps is relax_time / time_step", "s"),
+      PositiveOption("tolerance", &axes.tolerance, kUnlimited,
+                     "axis: force residual, relative to the weight, at which Newton's method ends"),
+      ChoiceOption("mode", &axes.mode, {"adjoint", "tangent"}, "axis: mode of differentiation"),
   };
 }
 
 std::vector<Option> MachineAxisOptions(BenchAxes& axes) {
   return {
-      {.key = "backend",
-       .value = &axes.backend,
-       .doc = "axis: backends",
-       .choices = {"auto", "cpu", "cuda"}},
+      ChoiceOption("backend", &axes.backend, {"auto", "cpu", "cuda"}, "axis: backends"),
       NumberOption("threads", &axes.threads, 1, static_cast<double>(MostThreads()),
                    "axis: number of threads of a run"),
       NumberOption("batch", &axes.batch, 1, 65536,
@@ -111,25 +84,18 @@ std::vector<Option> ProblemOptions(BenchOptions& options) {
                  "mesh on which the reference is relaxed before Newton's method on these two"),
       NumberOption("order", &job.reference.order, 0.5, 8,
                    "order of convergence in the element size, used for the extrapolation"),
-      {.key = "branch_mm",
-       .value = &job.measuring.branch_mm,
-       .doc = "largest rms distance of the aligned outlines for a drape on the branch of the "
-              "reference; the number of folds must be equal too",
-       .unit = "mm",
-       .least = 0,
-       .above_least = true},
+      PositiveOption(
+          "branch_mm", &job.measuring.branch_mm, kUnlimited,
+          "largest rms distance of the aligned outlines for a drape on the branch of the "
+          "reference; the number of folds must be equal too",
+          "mm"),
       NumberOption("repeats", &job.measuring.repeats, 1, 1000, "number of repeats of each run"),
-      {.key = "run_seconds",
-       .value = &job.measuring.seconds,
-       .doc = "time after which a run is not repeated again",
-       .unit = "s",
-       .least = 0},
-      {.key = "clock",
-       .value = &options.clock,
-       .doc = "time in tables and charts: wall clock, or processor time for a machine that others "
-              "use as "
-              "well",
-       .choices = {"wall", "cpu"}},
+      NumberOption("run_seconds", &job.measuring.seconds, 0, kUnlimited,
+                   "time after which a run is not repeated again", "s"),
+      ChoiceOption(
+          "clock", &options.clock, {"wall", "cpu"},
+          "time in tables and charts: wall clock, or processor time for a machine that others "
+          "use as well"),
   };
 }
 
@@ -144,14 +110,9 @@ std::vector<Option> FitOptionList(BenchOptions& options) {
                  "fits without images: material of a synthetic silhouette"),
       MeshOption("ground_truth_mesh", &options.ground_truth_mesh,
                  "mesh of the synthetic silhouette"),
-      {.key = "candidates_per_round",
-       .value = &spec.stages.candidates_per_round,
-       .doc = "fits: as in drape_fit",
-       .least = 1},
-      {.key = "iterations",
-       .value = &spec.stages.iterations,
-       .doc = "fits: as in drape_fit",
-       .least = 1},
+      NumberOption("candidates_per_round", &spec.stages.candidates_per_round, 1, kUnlimited,
+                   "fits: as in drape_fit"),
+      NumberOption("iterations", &spec.stages.iterations, 1, kUnlimited, "fits: as in drape_fit"),
       NumberOption("posterior_iterations", &spec.posterior.iterations, 0, 10000,
                    "fits: as in drape_fit"),
       NumberOption("min_relative_stiffness", &spec.min_relative_stiffness, 0, 1,
@@ -180,7 +141,7 @@ std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
 
 OptionTable BenchTable(BenchOptions& options);
 
-// What the runs depend on beside their axes and files.
+// The options beside axes and files that the runs depend on.
 nlohmann::json Settings(BenchOptions options) {
   return OptionSettings(
       BenchTable(options),
@@ -257,7 +218,7 @@ OptionTable BenchTable(BenchOptions& options) {
           Grouped("axes", Concatenate(AxisOptions(options), MachineAxisOptions(options.job.axes))),
           Grouped("problem, reference and measurement", ProblemOptions(options)),
           Grouped("fits", FitOptionList(options)),
-          Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
+          Grouped("camera of the images", FieldOptionList(options.job.fit.spec.observation.camera)),
           Grouped("files", Concatenate(FileOptions(options), StudyOptionList(options.study)))),
       .common = {"work", "fabric", "start", "mesh", "solve", "time_step", "relax_time", "reference",
                  "images", "out"}};

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/bench/speed_tool.h"
-
 #include <nlohmann/json.hpp>
 
 #include "physics/util/errors.h"
 #include "solver/studies/bench/speed_study.h"
 #include "tools/cli/tool_main.h"
-#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/study_program.h"
 
@@ -15,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a user of drape_speed sets.
+// The options of drape_speed.
 struct SpeedOptions {
   SpeedJob job;           // meshes: none: built-in discs of the published numbers of vertices
   std::string published;  // ReadPublishedSpeeds; empty: none
@@ -29,8 +26,9 @@ std::vector<Option> ClothAndSteps(SpeedOptions& options) {
                  "cloths: OBJ files, such as the published discs, or disc:N; none: built-in discs "
                  "of the published numbers of vertices"),
       FabricOption(&job.material),
-      LawOption(job.law),
-      TimeStepOption(job.h),
+      ChoiceOption("law", &job.law, {"reference", "smooth"},
+                   "constitutive law: how stiffness depends on strain and curvature"),
+      TimeStepOption(&job.h),
       NumberOption("steps", &job.steps, 1, 1000000, "number of time steps of a rollout"),
   };
 }
@@ -45,11 +43,8 @@ std::vector<Option> MeasurementOptions(SpeedOptions& options) {
       NumberOption("batch", &job.batches, 1, 65536,
                    "numbers of equal rollouts computed together; times are for one of them"),
       NumberOption("repeats", &job.repeats, 1, 1000, "number of repeats of each rollout"),
-      {.key = "run_seconds",
-       .value = &job.seconds,
-       .doc = "time after which a rollout is not repeated again",
-       .unit = "s",
-       .least = 0},
+      NumberOption("run_seconds", &job.seconds, 0, kUnlimited,
+                   "time after which a rollout is not repeated again", "s"),
       PathOption("published", &options.published,
                  "table of figures of others, with their sources, to print beside"),
   };

@@ -8,10 +8,8 @@
 
 #include "losses/camera/camera.h"
 #include "losses/dataset/trivial_predictors.h"
-#include "physics/util/run_control.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/prediction/prediction.h"
-#include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
 
 namespace drape {
@@ -23,7 +21,7 @@ struct TrainingImages {
   std::vector<std::string> faces;   // of each, "up" or "down"; empty: all up
 };
 
-// What a user of drape_predict sets.
+// The options of drape_predict.
 struct PredictToolOptions {
   SceneInput scene;    // its start is not used
   bool learn = false;  // instead of its fabric: from images or the side of the split to learn from
@@ -43,7 +41,7 @@ struct PredictToolOptions {
   std::string out;  // folder, made when missing
 };
 
-// What drape_predict found, for its report.
+// The results of drape_predict, for its report.
 struct PredictionRun {
   bool cancelled = false;
   std::string backend;  // Backend::name
@@ -60,15 +58,6 @@ struct PredictionRun {
   int at_rest() const;
 };
 
-// Points into `options`, which outlives it.
-OptionTable PredictTable(PredictToolOptions& options);
-
-// Reads all input before it computes. Writes to options.out summary.json, mean_image.png,
-// outlines.json and, with keep_meshes, draw_<i>.obj of each drape at rest (i from 1); with
-// calibrate and one material, material_up.json and material_down.json with the factors in them. A
-// cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
-PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control);
-
 // The distribution of each feature, the samples that did not come to rest, and the scores beside
 // those of the trivial predictors.
 std::string PredictionText(const PredictionRun& run);
@@ -80,8 +69,5 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
 // Writes the outlines of the drapes that were seen, a group for each specimen. Throws InputError
 // when the file cannot be written.
 void WritePredictedOutlines(const std::string& path, const PredictionRun& run);
-
-// The program drape_predict.
-int PredictMain(int argc, char** argv);
 
 }  // namespace drape
