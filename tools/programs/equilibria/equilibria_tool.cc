@@ -123,20 +123,6 @@ Json SampleJson(const DrapeSample& sample) {
 
 Json SpreadJson(const Spread& spread) { return {{"mean", spread.mean}, {"sd", spread.sd}}; }
 
-Json SetUpJson(const EquilibriaOptions& options, const LoadedScene& scene) {
-  return {{"samples_wanted", options.sampling.samples},
-          {"seed", options.sampling.first_seed},
-          {"hem_rms_m", options.sampling.hem_rms},
-          {"time_step", options.sampling.h},
-          {"steps", options.sampling.steps},
-          {"distance", options.distance},
-          {"tolerance_m", options.tolerance},
-          {"law", options.scene.law},
-          {"material", scene.fabric.material.name},
-          {"mesh", options.scene.mesh},
-          {"vertices", scene.model->mesh.num_vertices()}};
-}
-
 // One row for each of the largest clusters, then the spread over the drapes and the starts that did
 // not come to rest.
 std::string EquilibriaTableText(const EquilibriumSurvey& survey) {
@@ -160,8 +146,10 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
                             const LoadedScene& scene, const EquilibriumSurvey& survey) {
   Json json = {{"outcome", survey.cancelled ? "cancelled" : "done"},
                {"at_rest", survey.spread.drapes},
-               {"backend", survey.backend}};
-  json.update(SetUpJson(options, scene));
+               {"backend", survey.backend},
+               {"material", scene.fabric.material.name},
+               {"mesh", options.scene.mesh},
+               {"vertices", scene.model->mesh.num_vertices()}};
   json.update(DiscsJson(scene.discs));
   json["spread"] = {{"dc", SpreadJson(survey.spread.drape_coefficient)},
                     {"folds", SpreadJson(survey.spread.folds)},

@@ -46,7 +46,7 @@ std::string FeaturesText(const PredictionRun& run) {
   return text;
 }
 
-// The number of draws without a drape, by their reason.
+// The number of samples without a drape, by their reason.
 std::map<std::string, int> Failures(const PredictionRun& run) {
   std::map<std::string, int> counts;
   for (const PredictedDrape& drape : run.drapes)
@@ -89,25 +89,6 @@ Json MaterialJson(const PredictToolOptions& options, const PredictionRun& run) {
   return {{"fabric", run.scene.fabric.material.name},
           {"fabric_source", run.scene.fabric.path},
           {"fabric_kind", run.scene.fabric.kind}};
-}
-
-Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
-  const PredictionOptions& prediction = run.prediction;
-  return {{"draws_wanted", options.draws},
-          {"specimens", prediction.specimens},
-          {"repeats", prediction.repeats},
-          {"face", options.data.face},
-          {"seed", prediction.seed},
-          {"start_rms_m", prediction.start_rms},
-          {"capture_rms_m", prediction.capture_rms},
-          {"specimen_stretch_sigma", prediction.specimen_stretch_sigma},
-          {"specimen_bend_sigma", prediction.specimen_bend_sigma},
-          {"time_step", prediction.settle.steps.h},
-          {"steps", prediction.settle.steps.steps},
-          {"law", options.scene.law},
-          {"mesh", options.scene.mesh},
-          {"vertices", run.scene.model->mesh.num_vertices()},
-          {"camera", CameraJson(prediction.camera)}};
 }
 
 // A number that was learned, of one face where the faces differ.
@@ -272,8 +253,11 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
                {"draws", run.drapes.size()},
                {"at_rest", run.at_rest()},
                {"failures", Failures(run)},
-               {"backend", run.backend}};
-  json.update(SetUpJson(options, run));
+               {"backend", run.backend},
+               {"specimens", run.prediction.specimens},
+               {"mesh", options.scene.mesh},
+               {"vertices", run.scene.model->mesh.num_vertices()},
+               {"camera", CameraJson(run.prediction.camera)}};
   json.update(DiscsJson(run.prediction.discs));
   json.update(MaterialJson(options, run));
   if (run.calibration) json["calibration"] = CalibrationJson(*run.calibration);

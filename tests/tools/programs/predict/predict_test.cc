@@ -315,7 +315,7 @@ TEST_F(PredictTool, CtrlCWritesWhatThereIs) {
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary["outcome"], "cancelled");
   EXPECT_LT(summary["draws"], 4096);
-  EXPECT_EQ(summary["draws_wanted"], 4096);
+  EXPECT_EQ(summary["provenance"]["options"]["draws"], 4096);
   EXPECT_EQ(summary["drapes"].size(), summary["draws"]);
   EXPECT_EQ(ReadJson(Path("out/outlines.json"))["drapes"].size(), summary["at_rest"]);
 }

@@ -327,22 +327,13 @@ std::string ExportText(const ExportRun& run) {
   return text;
 }
 
-void WriteExportSummary(const std::string& path, const ExportToolOptions& options,
-                        const ExportRun& run) {
+void WriteExportSummary(const std::string& path, const ExportRun& run) {
   Json json = {{"tool", "drape_export"},
                {"source", run.record.source.path},
                {"record", RecordJson(run.record)},
-               {"isotropic", ToString(options.target.keep)},
-               {"law", ToString(options.law)},
-               {"min_relative_stiffness", options.fabric.min_relative_stiffness},
-               {"round_trip", {{"mesh", options.mesh}, {"starts", options.starts}}},
-               {"seed", options.seed},
                {"targets", Json::array()}};
   for (const ExportedTarget& target : run.targets) json["targets"].push_back(TargetJson(target));
   json["posterior_files"] = run.posterior_files;
-  if (!run.posterior_files.empty())
-    json["posterior_draws"] = {{"draws", options.posterior.draws},
-                               {"chains", options.posterior.chains}};
   WriteWithProvenance(path, std::move(json));
 }
 
@@ -380,7 +371,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
     run.posterior_files = {"draws.csv"};
     WriteFileAtomically(out.Staged("draws.csv"), samples);
   }
-  WriteExportSummary(out.Staged("summary.json"), options, run);
+  WriteExportSummary(out.Staged("summary.json"), run);
   out.Publish();
   return run;
 }

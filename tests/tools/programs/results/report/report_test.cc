@@ -255,7 +255,7 @@ TEST_F(ReportTest, OptimisersHaveTheBestMethodInTheVerdict) {
 // In place of the contact sheets of drape_predict and drape_equilibria.
 TEST_F(ReportTest, DrapesFromAboveHaveColoursAndNumbers) {
   const std::string folder = AddResult("branches", "drape_equilibria",
-                                       {{"samples_wanted", 3},
+                                       {{"vertices", 300},
                                         {"branches",
                                          {{{"seeds", {4, 9}},
                                            {"frequency", 2.0 / 3},
@@ -279,7 +279,7 @@ TEST_F(ReportTest, DrapesFromAboveHaveColoursAndNumbers) {
 }
 
 TEST_F(ReportTest, OfManyDrapesItSaysHowManyAreShown) {
-  const std::string folder = AddResult("many", "drape_predict", {{"draws_wanted", 100}});
+  const std::string folder = AddResult("many", "drape_predict", {{"vertices", 300}});
   const Eigen::VectorXd circle = Eigen::VectorXd::Constant(120, 0.12);
   WriteOutlines(Path("many/outlines.json"),
                 std::vector<ListedOutline>(100, {"specimen 1, face up", 0, 0.4, 6, circle}));
@@ -289,7 +289,7 @@ TEST_F(ReportTest, OfManyDrapesItSaysHowManyAreShown) {
 
 // A page keeps its size; what finds no room is named, at the top and in its place.
 TEST_F(ReportTest, StaysBelowItsSizeAndSaysWhatIsLeftOut) {
-  const std::string folder = AddResult("out", "drape_predict", {{"draws_wanted", 20}});
+  const std::string folder = AddResult("out", "drape_predict", {{"vertices", 300}});
   const Mesh mesh = MakeDisc({.target_vertices = 3000});
   for (int i = 1; i <= 14; ++i)
     WriteObj(Path("out/draw_" + std::to_string(i) + ".obj"), mesh, mesh.rest_x);
