@@ -30,8 +30,8 @@ Option PlainOption(const std::string& key, Option::Value value, const std::strin
 // A text that is one of the choices, or several.
 Option ChoiceOption(const std::string& key, Option::Value text,
                     const std::vector<std::string>& choices, const std::string& doc);
-// A number from `least` to `most`, or several.
 inline constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+// A number from `least` to `most`, or several.
 Option NumberOption(const std::string& key, Option::Value number, double least, double most,
                     const std::string& doc, const std::string& unit = "");
 // A number above 0, up to `most`, or several.
