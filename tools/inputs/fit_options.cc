@@ -102,15 +102,18 @@ OptionTable FitTable(FitToolOptions& options) {
       .given = &options.accuracy.given};
 }
 
-FitSpec MakeFitSpec(const FitToolOptions& options) {
-  FitSpec spec = options.spec;
-  const StagedFitOptions& stages = spec.stages;
+void CheckRounds(const StagedFitOptions& stages) {
   if (stages.candidates_per_round.size() != stages.iterations.size()) {
     throw InputError("option 'iterations'", "found " + std::to_string(stages.iterations.size()) +
                                                 " values, expected " +
                                                 std::to_string(stages.candidates_per_round.size()) +
                                                 ", as many rounds as 'candidates_per_round' has");
   }
+}
+
+FitSpec MakeFitSpec(const FitToolOptions& options) {
+  FitSpec spec = options.spec;
+  CheckRounds(spec.stages);
   if (spec.posterior.draws % 2 != 0) {
     throw InputError("option 'posterior_samples'",
                      "found " + std::to_string(spec.posterior.draws) + ", expected an even number");

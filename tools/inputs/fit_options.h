@@ -23,6 +23,9 @@ struct FitToolOptions {
   bool resume = false;
 };
 
+// Throws InputError unless each round has its iterations.
+void CheckRounds(const StagedFitOptions& stages);
+
 // The spec, checked, with its count of threads. Throws InputError.
 FitSpec MakeFitSpec(const FitToolOptions& options);
 

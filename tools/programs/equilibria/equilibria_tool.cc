@@ -23,10 +23,10 @@ using Json = nlohmann::ordered_json;
 struct EquilibriaOptions {
   SceneInput scene;                        // its start is not used
   SamplingOptions sampling{.threads = 0};  // 0: all cores
-  std::string distance = "vertices";       // ParseBranchMetric
-  double tolerance = 1e-3;                 // of a cluster [m]
-  std::string backend = "auto";            // MakeBackend
-  std::string out;                         // folder, made when missing
+  BranchMetric distance = BranchMetric::kVertices;
+  double tolerance = 1e-3;       // of a cluster [m]
+  std::string backend = "auto";  // MakeBackend
+  std::string out;               // folder, made when missing
 };
 
 // The results of drape_equilibria, for its report.
@@ -206,8 +206,8 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
 
 std::vector<Option> ReportOptions(EquilibriaOptions& options) {
   return {
-      ChoiceOption(
-          "distance", &options.distance, {"vertices", "outline", "rotated", "mirrored"},
+      EnumOption(
+          "distance", options.distance,
           "distance of two drapes: between their vertices, or between their outlines as they "
           "lie (outline), after the best rotation (rotated), or after the best rotation and "
           "reflection (mirrored)"),
@@ -242,7 +242,6 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
 // Reads all input before it computes. A cancelled run writes what it has.
 ToolOutcome Run(const EquilibriaOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
-  const BranchMetric metric = ParseName<BranchMetric>(options.distance, "distance");
   const LoadedScene scene = LoadScene(options.scene);
   SamplingOptions sampling = options.sampling;
   sampling.threads = CountThreads(sampling.threads);
@@ -254,7 +253,7 @@ ToolOutcome Run(const EquilibriaOptions& options, const RunControl& control) {
   survey.backend = backend->name();
   survey.samples = SampleEquilibria(*backend, scene.fabric.material.field, sampling, control);
   survey.cancelled = static_cast<int>(survey.samples.size()) < sampling.samples;
-  survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);
+  survey.clusters = ClusterSamples(survey.samples, options.distance, options.tolerance);
   survey.spread = ComputeSpread(survey.samples);
   survey.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   WriteEquilibriumStates(survey, scene.model->mesh, out);

@@ -158,11 +158,6 @@ void CheckCount(const char* option, std::size_t found, std::size_t images) {
                          std::to_string(images) + ", one for each image");
 }
 
-ClothFace FaceOfImage(const std::string& name) {
-  if (const auto face = ParseClothFace(name)) return *face;
-  throw InputError("option 'image_faces'", "found \"" + name + "\", expected up or down");
-}
-
 std::vector<Option> TrainingImageOptions(TrainingImages& training) {
   return {
       PathOption(
@@ -171,8 +166,8 @@ std::vector<Option> TrainingImageOptions(TrainingImages& training) {
           "files, folders, patterns; the camera is then theirs"),
       NumberOption("image_samples", &training.samples, 1, 1000,
                    "the sample of each image, from 1; none: each shows its own"),
-      PlainOption("image_faces", &training.faces,
-                  "the face of each image that lies up: up or down; none: all up"),
+      ChoiceOption("image_faces", &training.faces, {"up", "down"},
+                   "the face of each image that lies up; none: all up"),
   };
 }
 
@@ -188,12 +183,12 @@ std::vector<ObservedCapture> ObserveTrainingImages(const TrainingImages& trainin
   std::vector<ObservedCapture> seen;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const int number = static_cast<int>(i) + 1;
-    const Capture capture{
-        .fabric = 1,
-        .sample = training.samples.empty() ? number : training.samples[i],
-        .capture = number,
-        .face = training.faces.empty() ? ClothFace::kUp : FaceOfImage(training.faces[i]),
-        .image = files[i]};
+    const Capture capture{.fabric = 1,
+                          .sample = training.samples.empty() ? number : training.samples[i],
+                          .capture = number,
+                          .face = ParseClothFace(training.faces.empty() ? "up" : training.faces[i])
+                                      .value_or(ClothFace::kUp),
+                          .image = files[i]};
     const GrayImage image = ReadSilhouette(files[i]).image;
     seen.push_back({capture, ObserveImage(image, MakeCamera(camera, image, discs, files[i]), discs,
                                           files[i])});

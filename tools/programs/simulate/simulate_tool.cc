@@ -378,9 +378,6 @@ void CheckOptions(const SimulateOptions& options) {
                      "found " + std::to_string(step) +
                          ", expected at most steps = " + std::to_string(options.steps));
   }
-  for (const std::string& format : options.geometry)
-    if (format != "vtu")
-      throw InputError("option 'geometry'", "found " + format + ", expected vtu");
 }
 
 bool Asks(const SimulateOptions& options, const std::string& format) {
@@ -493,8 +490,8 @@ std::vector<Option> FileOptions(SimulateOptions& options) {
       PathOption("image", &options.image, "silhouette (JPEG or PNG) to compare the drape with"),
       NumberOption("dump_steps", &options.dump_steps, 0, kUnlimited,
                    "steps whose states are written to state_<step>.json; 0: the start"),
-      PlainOption(
-          "geometry", &options.geometry,
+      ChoiceOption(
+          "geometry", &options.geometry, {"vtu"},
           "vtu: further files of the drape with strain, tension and stiffness of each face, for "
           "ParaView; with dump_steps a series drape.pvd"),
       OutOption(options.out),

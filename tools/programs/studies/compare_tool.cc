@@ -79,9 +79,6 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   job.fabrics = ParseIndexList(options.fabrics, "option 'data_fabric'");
   if (job.fabrics.empty())
     throw InputError("option 'data_fabric'", "is empty, expected at least one fabric");
-  if (job.models.empty())
-    throw InputError("option 'models'", "is empty, expected at least one model");
-  if (job.seeds.empty()) throw InputError("option 'seeds'", "is empty, expected at least one seed");
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
   job.face = ParseClothFace(options.face);
   job.out = options.study.out;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <set>
@@ -78,8 +79,8 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
   std::vector<Option> all = {
       PlainOption("recognise", &options.recognise,
                   "with --data: tell the fabric of each sample from the other samples"),
-      PlainOption(
-          "ways", &options.ways,
+      ChoiceOption(
+          "ways", &options.ways, {"posterior", "predictions", "features"},
           "evidence to use; several are also combined: posterior (of a fit of each sample "
           "alone), predictions (drapes of learned distributions of specimens, from a pool of "
           "simulated drapes, without a fit), features (of the images alone)"),
@@ -90,24 +91,13 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
   return all;
 }
 
-std::set<std::string> Ways(const SpaceToolOptions& options) {
-  const std::set<std::string> known = {"posterior", "predictions", "features"};
-  const std::set<std::string> ways(options.ways.begin(), options.ways.end());
-  for (const std::string& way : ways)
-    if (!known.contains(way))
-      throw InputError("option 'ways'",
-                       "found '" + way + "', expected posterior, predictions or features");
-  if (ways.empty())
-    throw InputError("option 'ways'", "is empty, expected posterior, predictions or features");
-  return ways;
-}
-
 void CheckSource(const SpaceToolOptions& options) {
   if (options.data.empty() == options.posteriors.empty())
     throw InputError("options 'posteriors' and 'data'",
                      std::string("found ") + (options.data.empty() ? "neither" : "both") +
                          ", expected one of them");
-  const bool fits = !options.recognise || Ways(options).contains("posterior");
+  const bool fits = !options.recognise || std::find(options.ways.begin(), options.ways.end(),
+                                                    "posterior") != options.ways.end();
   if (!options.data.empty() && fits)
     ReadMaterial(options.fit.data.material, {NegativeEntries::kWarn});  // before hours of work
   if (!fits && (options.study.list || !options.study.share.empty()))
@@ -192,7 +182,7 @@ ToolOutcome FitSpace(const SpaceToolOptions& options, const std::vector<Capture>
 
 ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                            const OutputFolder& out, const RunControl& control) {
-  RecognitionJob job{.ways = Ways(options),
+  RecognitionJob job{.ways = {options.ways.begin(), options.ways.end()},
                      .fits = MakeFitCellJob(options),
                      .cells = MakeFitCells(captures, true),
                      .images = ObserveCaptures(captures, Camera()),

@@ -197,7 +197,7 @@ TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
   ExpectOneLineError(run({"--fabric=" + kFabric, "--image_faces=up"}), "found without 'images'");
   ExpectOneLineError(run({"--learn", both, "--image_samples=1"}),
                      "option 'image_samples': found 1 values, expected 2, one for each image");
-  ExpectOneLineError(run({"--learn", up, "--image_faces=left"}), "expected up or down");
+  ExpectOneLineError(run({"--learn", up, "--image_faces=left"}), "expected one of up, down");
   ExpectOneLineError(run({"--learn", up, "--specimen=0.32"}), "of which the drapes of a pool are");
   ExpectOneLineError(run({"--learn", "--images=" + Path("none.png")}), "none.png");
   ExpectOneLineError(

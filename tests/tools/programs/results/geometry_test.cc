@@ -17,7 +17,7 @@ TEST_F(GeometryFiles, AreWrittenWithTheDrape) {
   for (const char* name : {"drape.vtu", "drape.pvd", "state_1.vtu", "state_3.vtu"})
     EXPECT_TRUE(std::filesystem::exists(Path("out/") + name)) << name;
   EXPECT_THAT(Read(Path("out/drape.pvd")), testing::HasSubstr("state_3.vtu"));
-  ExpectOneLineError(Simulate({"--geometry=fbx"}), "found fbx, expected vtu");
+  ExpectOneLineError(Simulate({"--geometry=fbx"}), "found 'fbx', expected one of vtu");
 }
 
 TEST_F(GeometryFiles, VtuIsReadByMeshio) {

@@ -166,7 +166,7 @@ TEST_F(SpaceShares, PredictionsNeedNoFit) {
   ExpectOneLineError(run("--pool_mesh=disc:150"),
                      "found a pool of mesh disc:120, expected disc:150");
   ExpectOneLineError(run("--share=0/2"), "option 'ways': found no 'posterior'");
-  ExpectOneLineError(run("--ways=features,telepathy"), "option 'ways': found 'telepathy'");
+  ExpectOneLineError(run("--ways=features,telepathy"), "option 'ways': found 'features,telepathy'");
   const ProcessResult all = Run(
       {"--ways=posterior,predictions,features", options[1], options[2], "--pool_mesh=disc:120"});
   ASSERT_EQ(all.exit_code, 0) << all.err;

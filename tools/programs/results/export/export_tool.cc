@@ -236,7 +236,6 @@ OptionTable ExportTable(ExportToolOptions& options) {
 }
 
 void CheckOptions(const ExportToolOptions& options) {
-  if (options.to.empty()) throw InputError("option 'to'", "found nothing, expected a target");
   if (!options.mesh.starts_with("disc:"))
     throw InputError("option 'mesh'", "found " + options.mesh + ", expected disc:N");
   if (options.posterior.draws % options.posterior.chains != 0)

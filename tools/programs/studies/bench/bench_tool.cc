@@ -8,6 +8,7 @@
 #include "solver/studies/bench/speed_study.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/fit_options.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
@@ -184,11 +185,7 @@ void CheckOptions(const BenchOptions& options) {
     throw InputError("option 'published'", "found work " + std::string(ToString(options.job.work)) +
                                                ", expected forward");
   for (const int threads : options.job.axes.threads) RequireThreads(threads);
-  const StagedFitOptions& stages = options.job.fit.spec.stages;
-  if (stages.candidates_per_round.size() != stages.iterations.size())
-    throw InputError("option 'iterations'",
-                     "found " + std::to_string(stages.iterations.size()) +
-                         " values, expected as many as 'candidates_per_round' has");
+  CheckRounds(options.job.fit.spec.stages);
 }
 
 OptionTable BenchTable(BenchOptions& options) {

@@ -57,7 +57,6 @@ SpeedJob MakeJob(SpeedOptions options, const json& published) {
   SpeedJob job = options.job;
   job.settings = OptionSettings(SpeedTable(options), {"mesh", "batch", "published"});
   job.threads = CountThreads(job.threads);
-  if (job.batches.empty()) throw InputError("option 'batch'", "is empty, expected some");
   if (!job.meshes.empty()) return job;
   for (const json& vertices : published.value("vertices", json::array()))
     job.meshes.push_back("disc:" + vertices.dump());
