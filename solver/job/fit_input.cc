@@ -447,8 +447,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   for (const MaterialField& other : problem.other_materials)
     key["other_materials"].push_back({other.stretch[0].c, other.bend[0].b});
   for (const Observation& observation : problem.observations)
-    key["images"].push_back({observation.name, std::vector<double>(observation.radius.begin(),
-                                                                   observation.radius.end())});
+    key["images"].push_back({observation.name, observation.radius});
   for (const Capture& c : captures)
     key["data"].push_back({c.fabric, c.sample, c.capture, ToString(source)});
   if (!input.strips) return key.dump();

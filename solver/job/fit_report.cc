@@ -128,8 +128,7 @@ ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
                        {"stretch_uncertainty", UncertaintyJson(fit.posterior_face, fit.prior_face)},
                        {"bend_uncertainty", UncertaintyJson(fit.posterior_hinge, fit.prior_hinge)}};
   // Numbers of single elements would repeat the material file.
-  if (options.basis == FieldBasis::kModes)
-    json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
+  if (options.basis == FieldBasis::kModes) json["theta"] = fit.summary.theta;
   return json;
 }
 
@@ -147,10 +146,6 @@ std::string FieldTable(const FieldFit& fit) {
                         fit.determined, static_cast<int>(fit.summary.theta.size()));
 }
 
-std::vector<double> Numbers(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
 // Writes material.json, and what the page of the fit draws over the plane of the cloth: on faces
 // the membrane stiffness (mean of c11 and c22), on hinges the plate rigidity, and the posterior
 // over the prior standard deviation of the log factors (1 where the image contains no information).
@@ -164,11 +159,10 @@ void WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fi
                       .source = source,
                       .warnings = {}},
                      mesh);
-  ordered_json json = {
-      {"stretch_n_per_m", Numbers(StretchOfFaces(fit.material))},
-      {"bend_n_m", Numbers(BendOfHinges(fit.material))},
-      {"stretch_uncertainty", Numbers(fit.posterior_face.cwiseQuotient(fit.prior_face))},
-      {"bend_uncertainty", Numbers(fit.posterior_hinge.cwiseQuotient(fit.prior_hinge))}};
+  ordered_json json = {{"stretch_n_per_m", StretchOfFaces(fit.material)},
+                       {"bend_n_m", BendOfHinges(fit.material)},
+                       {"stretch_uncertainty", fit.posterior_face.cwiseQuotient(fit.prior_face)},
+                       {"bend_uncertainty", fit.posterior_hinge.cwiseQuotient(fit.prior_hinge)}};
   for (const auto& uv : mesh.uv.colwise()) json["uv_m"].push_back({uv[0], uv[1]});
   for (const Face& face : mesh.faces) json["faces"].push_back(face.vertex);
   for (const Hinge& hinge : mesh.hinges)
@@ -221,14 +215,11 @@ ordered_json FitJson(const StagedFitState& state, const FitCandidate& best) {
 }
 
 ordered_json SpectrumJson(const Spectrum& spectrum) {
-  return {{"singular_values", std::vector<double>(spectrum.values.begin(), spectrum.values.end())},
-          {"determined_directions", spectrum.determined}};
+  return {{"singular_values", spectrum.values}, {"determined_directions", spectrum.determined}};
 }
 
 ordered_json ParametersJson(double prior_sigma, const Eigen::VectorXd& theta) {
-  return {{"count", theta.size()},
-          {"log_factors", std::vector<double>(theta.begin(), theta.end())},
-          {"prior_sigma", prior_sigma}};
+  return {{"count", theta.size()}, {"log_factors", theta}, {"prior_sigma", prior_sigma}};
 }
 
 // The fit of the laboratory measurements alone, about the start tables.

@@ -133,13 +133,10 @@ struct Checkpoint {
   GarmentRun run;
 
   nlohmann::json ToJson(const nlohmann::json& key) const {
-    const auto list = [](const Eigen::VectorXd& v) {
-      return std::vector<double>(v.begin(), v.end());
-    };
     return {{"settings", key},
             {"frame", frame},
-            {"x", list(state.x)},
-            {"v", list(state.v)},
+            {"x", state.x},
+            {"v", state.v},
             {"body_intersections", run.body_intersections},
             {"self_intersections", run.self_intersections},
             {"newton_steps", run.newton_steps},

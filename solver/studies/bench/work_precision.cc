@@ -26,14 +26,10 @@ double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
 }
 
-std::vector<double> Numbers(const auto& matrix) {
-  return {matrix.data(), matrix.data() + matrix.size()};
-}
-
 json DrapeJson(const BenchDrape& drape) {
-  return {{"x", Numbers(drape.x)},
-          {"gradient", Numbers(drape.gradient)},
-          {"jacobian", Numbers(drape.jacobian)}};
+  return {{"x", drape.x},
+          {"gradient", drape.gradient},
+          {"jacobian", drape.jacobian.reshaped<Eigen::RowMajor>()}};
 }
 
 // Reads a derivative of that size, or none.
