@@ -84,6 +84,20 @@ std::vector<int> AtRest(const std::vector<DrapeSample>& samples) {
   return indices;
 }
 
+double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric) {
+  switch (metric) {
+    case BranchMetric::kVertices:
+      return VertexDistance(a.x, b.x);
+    case BranchMetric::kOutline:
+      return MatchOutlines(a.outline, b.outline).rms;
+    case BranchMetric::kRotated:
+      return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotation).rms;
+    case BranchMetric::kMirrored:
+      break;
+  }
+  return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotationAndMirror).rms;
+}
+
 BranchCluster MakeCluster(const std::vector<DrapeSample>& samples, std::vector<int> members,
                           size_t at_rest) {
   BranchCluster cluster;
@@ -175,20 +189,6 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
   SettleInBatches(backend, options.samples, SettleBatchSize(backend, options.threads), task,
                   MakeSettleOptions(options, control.cancel), done);
   return samples;
-}
-
-double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric) {
-  switch (metric) {
-    case BranchMetric::kVertices:
-      return VertexDistance(a.x, b.x);
-    case BranchMetric::kOutline:
-      return MatchOutlines(a.outline, b.outline).rms;
-    case BranchMetric::kRotated:
-      return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotation).rms;
-    case BranchMetric::kMirrored:
-      break;
-  }
-  return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotationAndMirror).rms;
 }
 
 std::vector<BranchCluster> ClusterSamples(const std::vector<DrapeSample>& samples,

@@ -95,7 +95,6 @@ constexpr auto EnumNames(BranchMetric) {
                                   {BranchMetric::kRotated, "rotated"},
                                   {BranchMetric::kMirrored, "mirrored"}});
 }
-double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric);  // [m]
 
 // Samples on one branch, those of least energy first.
 struct BranchCluster {

@@ -296,8 +296,7 @@ std::vector<int> ListSpecimens(const std::vector<Capture>& captures) {
   return specimens;
 }
 
-}  // namespace
-
+// The discs of the drapes that are fitted: those of the images and the options, or of the captures.
 DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
   std::vector<std::string> files = data.images;
   for (const std::string& image : data.images)
@@ -309,6 +308,25 @@ DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
                          ToString(DrapeDiscs()));
   return discs;
 }
+
+// The names of the images are to be those of output files: short and distinct.
+void CheckNames(const std::vector<Observation>& observations) {
+  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
+  for (const Observation& observation : observations)
+    if (observation.name.size() > kLongest)
+      throw InputError(observation.file,
+                       "found a name of " + std::to_string(observation.name.size()) +
+                           " bytes, expected at most " + std::to_string(kLongest) +
+                           ": it names the output files");
+  std::set<std::string> names;
+  for (const Observation& observation : observations)
+    if (!names.insert(observation.name).second)
+      throw InputError(observation.file,
+                       "a second image of the name '" + observation.name +
+                           "', expected distinct names: they name the output files");
+}
+
+}  // namespace
 
 std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
                                       std::vector<std::string>* notes) {
@@ -337,22 +355,6 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
         std::to_string(std::lround(search.num_vertices() * std::pow(growth, double(i) / steps))) +
         options);
   return meshes;
-}
-
-void CheckNames(const std::vector<Observation>& observations) {
-  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
-  for (const Observation& observation : observations)
-    if (observation.name.size() > kLongest)
-      throw InputError(observation.file,
-                       "found a name of " + std::to_string(observation.name.size()) +
-                           " bytes, expected at most " + std::to_string(kLongest) +
-                           ": it names the output files");
-  std::set<std::string> names;
-  for (const Observation& observation : observations)
-    if (!names.insert(observation.name).second)
-      throw InputError(observation.file,
-                       "a second image of the name '" + observation.name +
-                           "', expected distinct names: they name the output files");
 }
 
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
