@@ -69,11 +69,8 @@ DrapeSample FromSettled(const ClothModel& model, const MaterialField& material,
 }
 
 SettleOptions MakeSettleOptions(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {
-  SettleOptions options;
-  options.steps.h = sampling.h;
-  options.steps.steps = sampling.steps;
-  options.steps.cancel = options.equilibrium.cancel = cancel;
-  return options;
+  return {.steps = {.h = sampling.h, .steps = sampling.steps, .cancel = cancel},
+          .equilibrium = {.cancel = cancel}};
 }
 
 std::vector<int> AtRest(const std::vector<DrapeSample>& samples) {

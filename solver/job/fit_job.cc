@@ -177,10 +177,8 @@ void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
 // The fit of strips ends with the last of its stages that succeeds.
 void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
-  const auto* const tying =
-      std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
-                   [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
-  const Eigen::MatrixXd tie = TyingMatrix(*tying);
+  const Eigen::MatrixXd tie =
+      TyingMatrix(ParseName<ParameterTying>(std::to_string(fit.jacobian.cols()), "num_parameters"));
   const WeightedRows rows = {.jacobian = fit.jacobian};
   const double sigma = spec.stages.prior_sigma;
   report.stiffness = EstimateStiffness(report.material, EqualStiffnessWeights(), tie, rows, sigma);

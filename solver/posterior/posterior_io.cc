@@ -52,7 +52,7 @@ Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
 // The tying whose names come first, and how many specimens follow.
 void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
   const int count = names.ExpectArray().Size();
-  for (const ParameterTying tying : kParameterTyings) {
+  for (const auto& [tying, unused] : EnumNames(ParameterTying{})) {
     posterior->fabric = tying;
     posterior->specimens = (count - posterior->num_fabric()) / 2;
     if (posterior->specimens < 0 || posterior->size() != count) continue;

@@ -69,11 +69,7 @@ std::vector<RolloutInput> DrapeBatch::ListInputs() const {
 }
 
 RolloutOptions DrapeBatch::Steps(const std::atomic<bool>* cancel) const {
-  RolloutOptions steps;
-  steps.h = options_.h;
-  steps.steps = options_.steps;
-  steps.cancel = cancel;
-  return steps;
+  return {.h = options_.h, .steps = options_.steps, .cancel = cancel};
 }
 
 std::vector<int> DrapeBatch::ListFound() const {

@@ -162,7 +162,7 @@ std::string DistancesCsv(const MaterialSpace& space) {
 
 ParameterTying ReadTying(const JsonInput& names) {
   const int count = names.ExpectArray().Size();
-  for (const ParameterTying tying : kParameterTyings)
+  for (const auto& [tying, unused] : EnumNames(ParameterTying{}))
     if (TyingMatrix(tying).cols() == count) return tying;
   names.Fail("names of 1, 2, 3, 7 or 39 log factors");
 }

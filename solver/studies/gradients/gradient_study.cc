@@ -19,6 +19,10 @@
 namespace drape {
 namespace {
 
+double RmsOfVertices(const Eigen::VectorXd& x) {
+  return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
+}
+
 double LargestMove(const Eigen::VectorXd& dx) {
   return dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();
 }
@@ -79,13 +83,10 @@ class BranchFollower {
   }
 
   void Accept(double s, const EquilibriumResult& rest, double error) {
-    ContinuationPoint point;
-    point.s = s;
-    point.x = rest.x;
-    point.prediction_error = error;
-    point.newton_iterations = rest.iterations;
-    point.stiffness = LowestStiffness(solver_, MaterialAt(s), rest.x);
-    result_.points.push_back(std::move(point));
+    result_.points.push_back({.s = s,
+                              .x = rest.x,
+                              .stiffness = LowestStiffness(solver_, MaterialAt(s), rest.x),
+                              .prediction_error = error});
   }
 
   // ∂x/∂s at the last point.
@@ -94,7 +95,7 @@ class BranchFollower {
     const MaterialField material = MaterialAt(point.s);
     const MaterialField change = parametrisation_.Jvp(material, direction_);
     if (!EquilibriumJvpColumn(solver_, material, change, point.x, &tangent_)) return false;
-    point.speed = tangent_.norm() / std::sqrt(static_cast<double>(tangent_.size()) / 3.0);
+    point.speed = RmsOfVertices(tangent_);
     return true;
   }
 
@@ -172,10 +173,6 @@ RowMatrix Tangents(Backend& backend, const MaterialField& material, State start,
   return mode == SolveMode::kStatic
              ? backend.EquilibriumTangents({&input, 1}, {&weight, 1}).front()
              : backend.Tangents({&input, 1}, {&weight, 1}, rollout).front().dx;
-}
-
-double RmsOfVertices(const Eigen::VectorXd& x) {
-  return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
 }
 
 constexpr double kSteps[] = {1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
@@ -270,20 +267,6 @@ void ContinuationOptions::Check() const {
   CHECK(std::isfinite(end) && end != 0.0) << end;
   CHECK(min_step > 0.0 && min_step <= first_step && first_step <= max_step);
   CHECK_GT(max_error, 0.0);
-}
-
-const char* ToString(ContinuationStatus status) {
-  switch (status) {
-    case ContinuationStatus::kReachedEnd:
-      return "reached the end";
-    case ContinuationStatus::kFold:
-      return "the branch ends";
-    case ContinuationStatus::kNoStart:
-      return "no stable drape at the start";
-    case ContinuationStatus::kCancelled:
-      return "cancelled";
-  }
-  return "unknown";
 }
 
 ContinuationResult FollowBranch(StepSolver& solver, const MaterialParametrisation& parametrisation,

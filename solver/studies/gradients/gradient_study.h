@@ -37,7 +37,13 @@ enum class ContinuationStatus {
   kNoStart,  // no stable drape near the start
   kCancelled
 };
-const char* ToString(ContinuationStatus status);
+constexpr auto EnumNames(ContinuationStatus) {
+  using enum ContinuationStatus;
+  return MakeNames<ContinuationStatus>({{kReachedEnd, "reached the end"},
+                                        {kFold, "the branch ends"},
+                                        {kNoStart, "no stable drape at the start"},
+                                        {kCancelled, "cancelled"}});
+}
 
 // A stable drape on the branch.
 struct ContinuationPoint {
@@ -46,7 +52,6 @@ struct ContinuationPoint {
   double speed = 0.0;      // root mean square over the vertices of |∂x/∂s| [m]
   double stiffness = 0.0;  // lowest eigenvalue of K by mass, as in LowestEigenvalues [s⁻²]
   double prediction_error = 0.0;  // largest distance of a vertex to its prediction [m]
-  int newton_iterations = 0;
 };
 
 struct ContinuationResult {
