@@ -134,10 +134,14 @@ BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDisc
   return signature;
 }
 
+double VertexRms(const Eigen::VectorXd& v) {
+  return v.norm() / std::sqrt(static_cast<double>(v.size()) / 3.0);
+}
+
 double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
-  return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3.0);
+  return VertexRms(a - b);
 }
 
 std::vector<std::vector<int>> ClusterByDistance(const Eigen::MatrixXd& distance, double tolerance) {

@@ -40,6 +40,8 @@ bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* o
 // 15. CHECKs n ≥ 180.
 BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs);
 
+// Root mean square over the vertices of the length of a vector of each; v: [3V].
+double VertexRms(const Eigen::VectorXd& v);
 // Root mean square distance of equal vertices [m]; a, b: [3V]. It is 0 on one branch only: turned
 // and mirrored drapes are others.
 double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b);

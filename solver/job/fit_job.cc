@@ -378,8 +378,6 @@ namespace {
 
 using nlohmann::json;
 
-json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
-
 Eigen::VectorXd ToVector(const json& numbers) {
   const auto list = numbers.get<std::vector<double>>();
   return Eigen::Map<const Eigen::VectorXd>(list.data(), static_cast<Eigen::Index>(list.size()));
@@ -405,14 +403,12 @@ MaterialField ToTables(const json& numbers) {
 }
 
 json ToJson(const FitCandidate& candidate) {
-  json shapes = json::array();
-  for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
   return {{"guess", candidate.guess},
           {"base", ToJson(candidate.base)},
           {"is_carried", candidate.is_carried},
           {"guess_rms", candidate.guess_rms},
-          {"theta", ToJson(candidate.theta)},
-          {"shapes", shapes},
+          {"theta", candidate.theta},
+          {"shapes", candidate.shapes},
           {"cost", candidate.cost},
           {"profile_rms", candidate.profile_rms},
           {"termination", candidate.termination},

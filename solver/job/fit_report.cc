@@ -32,14 +32,18 @@ namespace {
 
 constexpr int kReportedModes = 3;
 
+// The outlines of an image and of a drape in it; false where one is missing.
+bool ReadOutlines(const Mesh& mesh, const Observation& observation, const Eigen::VectorXd& x,
+                  Outline* image, Outline* fitted) {
+  return OutlineFromImage(observation.image, observation.camera, kReportAngles, image) &&
+         OutlineFromMesh(mesh, x, observation.camera, kReportAngles, fitted);
+}
+
 bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x,
              MeasuredDrape* drape) {
   constexpr int kSupersample = 4;
   Outline image, fitted;
-  if (!OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) ||
-      !OutlineFromMesh(mesh, x, observation.camera, kReportAngles, &fitted)) {
-    return false;
-  }
+  if (!ReadOutlines(mesh, observation, x, &image, &fitted)) return false;
   drape->metrics = CompareSilhouettes(observation.image, image.radius,
                                       Rasterize(mesh, x, observation.camera, kSupersample),
                                       fitted.radius, observation.camera, observation.discs);
@@ -313,12 +317,9 @@ ordered_json OutlinesJson(const Mesh& mesh, const Observation& observation,
     for (const double value : radius) list.push_back(std::round(100.0 * value) / 100.0);
     return list;
   };
-  const Camera& camera = observation.camera;
   Outline image, fitted;
-  if (x.size() == 0 || !OutlineFromImage(observation.image, camera, kReportAngles, &image) ||
-      !OutlineFromMesh(mesh, x, camera, kReportAngles, &fitted))
-    return nullptr;
-  return {{"px_per_m", camera.pixels_per_metre()},
+  if (x.size() == 0 || !ReadOutlines(mesh, observation, x, &image, &fitted)) return nullptr;
+  return {{"px_per_m", observation.camera.pixels_per_metre()},
           {"image_px", rounded(image.radius)},
           {"fit_px", rounded(fitted.radius)}};
 }
@@ -462,8 +463,7 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   if (drape.fitted.x.size() == 0) return;
   const std::vector<std::string> files = ListDrapeFiles(observation);
   Outline image, fitted;
-  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) &&
-      OutlineFromMesh(mesh, drape.fitted.x, observation.camera, kReportAngles, &fitted)) {
+  if (ReadOutlines(mesh, observation, drape.fitted.x, &image, &fitted)) {
     WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera,
                            observation.discs),
              folder + "/" + files[0]);

@@ -435,15 +435,10 @@ FabricBeliefs ReadFabricBeliefs(const std::vector<std::string>& folders, SpaceBy
 
 FabricBelief ReadFabricBelief(const SpaceFrame& frame, const std::string& path) {
   if (!fs::is_directory(path)) {
-    const MaterialField table = ReadMaterial(path).field;
-    const int n = frame.size();
-    FabricBelief belief{.name = LastName(path),
-                        .folder = path,
-                        .density = table.density,
-                        .theta = {},
-                        .centre = Eigen::VectorXd::Zero(n)};
-    belief.theta = {frame.LogFactors(table, path),
-                    kPointDeviation * kPointDeviation * Eigen::MatrixXd::Identity(n, n)};
+    FabricBelief belief = AsPoint(frame, path, ReadMaterial(path).field);
+    belief.name = LastName(path);
+    belief.folder = path;
+    belief.centre.setZero();
     return belief;
   }
   const StoredPosterior posterior = ReadOne(path);

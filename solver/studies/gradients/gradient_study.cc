@@ -19,10 +19,6 @@
 namespace drape {
 namespace {
 
-double RmsOfVertices(const Eigen::VectorXd& x) {
-  return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
-}
-
 double LargestMove(const Eigen::VectorXd& dx) {
   return dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();
 }
@@ -56,11 +52,11 @@ class BranchFollower {
   ContinuationResult Run(const Eigen::VectorXd& x) {
     if (!Start(x)) return std::move(result_);
     while (result_.points.back().s != options_.end) {
-      if (!FindTangent()) return Lost("no derivative at the last point");
+      if (!FindTangent()) return Lost();
       while (!Advance()) {
         if (result_.status == ContinuationStatus::kCancelled) return std::move(result_);
         step_ *= 0.5;
-        if (step_ < options_.min_step) return Lost(refusal_);
+        if (step_ < options_.min_step) return Lost();
       }
     }
     FindTangent();
@@ -95,7 +91,7 @@ class BranchFollower {
     const MaterialField material = MaterialAt(point.s);
     const MaterialField change = parametrisation_.Jvp(material, direction_);
     if (!EquilibriumJvpColumn(solver_, material, change, point.x, &tangent_)) return false;
-    point.speed = RmsOfVertices(tangent_);
+    point.speed = VertexRms(tangent_);
     return true;
   }
 
@@ -109,17 +105,13 @@ class BranchFollower {
         SolveEquilibrium(solver_, MaterialAt(s), ReachSafely(solver_.model(), from.x, predicted),
                          options_.corrector);
     const double error = LargestMove(drape.x - predicted);
-    if (drape.status == EquilibriumStatus::kCancelled) {
-      result_.status = ContinuationStatus::kCancelled;
-    } else if (drape.status != EquilibriumStatus::kStable) {
-      refusal_ = ToString(drape.status);
-    } else if (error > options_.max_error) {
-      refusal_ = "jump to another branch";
-    } else {
+    if (drape.status == EquilibriumStatus::kStable && error <= options_.max_error) {
       Accept(s, drape, error);
       LengthenStep(error);
       return true;
     }
+    if (drape.status == EquilibriumStatus::kCancelled)
+      result_.status = ContinuationStatus::kCancelled;
     ++result_.refused;
     result_.lost_at = s;
     return false;
@@ -132,9 +124,8 @@ class BranchFollower {
     step_ = std::max(step_, options_.min_step);
   }
 
-  ContinuationResult Lost(const std::string& because) {
+  ContinuationResult Lost() {
     result_.status = ContinuationStatus::kFold;
-    result_.lost_because = because;
     result_.fold_estimate = FoldEstimate(result_.points);
     return std::move(result_);
   }
@@ -145,7 +136,6 @@ class BranchFollower {
   const ContinuationOptions& options_;
   double step_;
   Eigen::VectorXd tangent_;
-  std::string refusal_;
   ContinuationResult result_;
 };
 
@@ -290,7 +280,7 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
   for (const double step : steps) {
     const Eigen::VectorXd above = Shape(backend, at(step), start, integrator, rollout),
                           below = Shape(backend, at(-step), start, integrator, rollout);
-    GradientError error{step, RmsOfVertices(tangent), std::nan("")};
+    GradientError error{step, VertexRms(tangent), std::nan("")};
     if (above.size() > 0 && below.size() > 0)
       error.error = ((above - below) / (2.0 * step) - tangent).norm() / tangent.norm();
     errors.push_back(error);

@@ -33,7 +33,7 @@ struct ContinuationOptions {
 
 enum class ContinuationStatus {
   kReachedEnd,
-  kFold,     // the branch ends: see lost_at and lost_because
+  kFold,     // the branch ends: see lost_at
   kNoStart,  // no stable drape near the start
   kCancelled
 };
@@ -60,7 +60,6 @@ struct ContinuationResult {
   int refused = 0;                        // rejected steps
   // The branch ends between the last point and lost_at (kFold).
   double lost_at = 0.0;
-  std::string lost_because;
   // Where the speeds of the last two points put a fold (1/speed² is linear in s before it); none
   // where the speed does not grow.
   std::optional<double> fold_estimate;
