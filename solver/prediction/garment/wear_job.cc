@@ -200,7 +200,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
-  body_ = ParseBody(spec.body, pattern_.arm_angle, {.frames_per_second = spec.body_fps});
+  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_fps);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
   ChooseSteps(&spec_);
