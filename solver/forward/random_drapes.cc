@@ -45,27 +45,18 @@ void Measure(const ClothModel& model, const MaterialField& material, const Drape
   sample->silhouette = Rasterize(model.mesh, sample->x, CameraAbove(discs), kSupersample);
 }
 
-DrapeSample FromEquilibrium(const ClothModel& model, const MaterialField& material,
-                            const DrapeDiscs& discs, EquilibriumResult rest) {
-  DrapeSample sample;
-  sample.status = ToString(rest.status);
-  sample.stable = rest.status == EquilibriumStatus::kStable;
-  sample.residual = rest.residual;
-  sample.newton_iterations = rest.iterations;
-  sample.x = std::move(rest.x);
-  if (sample.stable || rest.status == EquilibriumStatus::kUnstable) {
-    Measure(model, material, discs, &sample);
-  }
-  return sample;
-}
-
 DrapeSample FromSettled(const ClothModel& model, const MaterialField& material,
                         const DrapeDiscs& discs, SettledDrape drape) {
-  if (drape.steps == RolloutStatus::kOk)
-    return FromEquilibrium(model, material, discs, std::move(drape.rest));
-  DrapeSample failed;
-  failed.status = ToString(drape.steps);
-  return failed;
+  if (drape.steps != RolloutStatus::kOk) return {.status = ToString(drape.steps)};
+  EquilibriumResult& rest = drape.rest;
+  DrapeSample sample{.status = ToString(rest.status),
+                     .stable = rest.status == EquilibriumStatus::kStable,
+                     .residual = rest.residual,
+                     .newton_iterations = rest.iterations,
+                     .x = std::move(rest.x)};
+  if (sample.stable || rest.status == EquilibriumStatus::kUnstable)
+    Measure(model, material, discs, &sample);
+  return sample;
 }
 
 SettleOptions MakeSettleOptions(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {

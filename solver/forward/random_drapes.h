@@ -68,16 +68,16 @@ struct SamplingOptions {
 // One random start and where it came to rest.
 struct DrapeSample {
   int seed = 0;
-  std::string status;    // of the steps when they failed, else of Newton
-  bool at_rest = false;  // converged, with an outline; else only seed, status and residual count
+  std::string status = {};  // of the steps when they failed, else of Newton
+  bool at_rest = false;     // converged, with an outline; else only seed, status and residual count
   bool stable = false;
   double residual = 0.0;  // ‖f‖ / weight
   int newton_iterations = 0;
-  double energy = 0.0;      // physics/cloth/assembly/assembly.h [J]
-  Eigen::VectorXd x;        // [m], shape [3V]
-  Eigen::VectorXd outline;  // [m], shape [kBranchAngles]
-  BranchSignature signature;
-  GrayImage silhouette;  // through CameraAbove
+  double energy = 0.0;           // physics/cloth/assembly/assembly.h [J]
+  Eigen::VectorXd x = {};        // [m], shape [3V]
+  Eigen::VectorXd outline = {};  // [m], shape [kBranchAngles]
+  BranchSignature signature = {};
+  GrayImage silhouette = {};  // through CameraAbove
 };
 
 // Returns drapes in the order of their seeds; fewer when *cancel turns true.

@@ -192,13 +192,6 @@ void CompareFabrics(MaterialSpace* space) {
   }
 }
 
-std::vector<NormalDistribution> AllEvidence(const MaterialSpace& space) {
-  std::vector<NormalDistribution> evidence;
-  for (const FabricBelief& fabric : space.beliefs.fabrics)
-    evidence.push_back(Evidence(space.beliefs.frame, fabric, space.leading.axes));
-  return evidence;
-}
-
 // p-values are those of exchangeable scores: a material that is as the fabrics are has each rank
 // with the same probability.
 double PValue(const std::vector<double>& left_out, double score) {
@@ -263,7 +256,9 @@ void FindPopulation(MaterialSpace* space) {
   const int most = std::min<int>({kMostLeading, space->determined, std::max(1, (count - 1) / 2)});
   if (space->beliefs.frame.kind == PosteriorKind::kElements || most == 0) return;
   space->leading = {space->directions.axes.leftCols(most), space->directions.ratios.head(most)};
-  const std::vector<NormalDistribution> evidence = AllEvidence(*space);
+  std::vector<NormalDistribution> evidence;
+  for (const FabricBelief& fabric : space->beliefs.fabrics)
+    evidence.push_back(Evidence(space->beliefs.frame, fabric, space->leading.axes));
   space->choice = ChooseComponents(evidence, kMostComponents);
   space->population = Deconvolve(evidence, space->choice.components);
   space->prior = MakePrior(*space);

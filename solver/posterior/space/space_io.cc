@@ -38,12 +38,10 @@ std::vector<std::string> Names(const SpaceFrame& frame) {
 
 // Writes the convention of the tables, so that they read back to the last bit.
 ordered_json BaseJson(const MaterialField& base) {
-  using Stretch = Eigen::Matrix<double, kStretchRows, kStretchCols, Eigen::RowMajor>;
-  using Bend = Eigen::Matrix<double, kBendRows, kBendCols, Eigen::RowMajor>;
   return {{"convention", "arcsim"},
           {"density", base.density},
-          {"stretch", Rows(Eigen::Map<const Stretch>(base.stretch[0].entries()))},
-          {"bend", Rows(Eigen::Map<const Bend>(base.bend[0].entries()))}};
+          {"stretch", base.stretch[0].c},
+          {"bend", base.bend[0].b}};
 }
 
 ordered_json DistributionJson(const NormalDistribution& p) {
