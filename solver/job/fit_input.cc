@@ -215,21 +215,6 @@ bool IsSameCloth(const Mesh& a, const Mesh& b) {
   return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
 }
 
-// Adds the fields of a checkpoint's key.
-struct KeyWriter {
-  nlohmann::json& key;
-
-  template <class T>
-  void operator()(const T& value, const Field& field) const {
-    if (!field.in_key) return;
-    if constexpr (NamedEnum<T>) {
-      key[field.key] = ToString(value);
-    } else {
-      key[field.key] = value;
-    }
-  }
-};
-
 std::vector<std::string> Expand(const std::string& text, const std::string& what,
                                 const std::set<std::string>& extensions,
                                 const std::string& expected) {
@@ -431,9 +416,17 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
 
 std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input) {
   nlohmann::json key;
-  VisitFields(spec, KeyWriter{key});
-  VisitFields(spec.observation, KeyWriter{key});
-  VisitFields(spec.stages, KeyWriter{key});
+  const auto add = [&key]<class T>(const T& value, const Field& field) {
+    if (!field.in_key) return;
+    if constexpr (NamedEnum<T>) {
+      key[field.key] = ToString(value);
+    } else {
+      key[field.key] = value;
+    }
+  };
+  VisitFields(spec, add);
+  VisitFields(spec.observation, add);
+  VisitFields(spec.stages, add);
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
   const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,

@@ -202,10 +202,6 @@ Eigen::MatrixXd GaussianPosterior::Covariance() const {
   return root * root.transpose();
 }
 
-Eigen::VectorXd GaussianPosterior::Deviations() const {
-  return (rotation * factor).rowwise().norm();
-}
-
 double GaussianPosterior::DivergenceFromPrior() const {
   return 0.5 * (mean.squaredNorm() + factor.squaredNorm() - size()) -
          factor.diagonal().array().log().sum();

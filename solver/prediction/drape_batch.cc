@@ -91,9 +91,8 @@ void DrapeBatch::Run(const std::atomic<bool>* cancel) {
     }
     return;
   }
-  SettleOptions settle{.steps = Steps(cancel)};
-  settle.equilibrium.cancel = cancel;
-  auto drapes = Settle(backend_, ListInputs(), settle);
+  auto drapes =
+      Settle(backend_, ListInputs(), {.steps = Steps(cancel), .equilibrium = {.cancel = cancel}});
   for (int i = 0; i < size(); ++i) {
     EquilibriumResult& rest = drapes[i].rest;
     status_.emplace_back(drapes[i].steps == RolloutStatus::kOk ? ToString(rest.status)

@@ -317,13 +317,11 @@ void StagedFitOptions::Check() const {
 
 SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
   constexpr int kGuessNewtonFactor = 2;  // a guess starts further away than a trial
-  SettleOptions settle;
-  settle.steps.h = options.residuals.rollout.h;
-  settle.steps.steps = options.residuals.rollout.steps;
-  settle.solve_mode = options.residuals.solve_mode;
-  settle.equilibrium.max_iterations =
-      kGuessNewtonFactor * options.residuals.equilibrium.max_iterations;
-  return settle;
+  const OutlineResidualOptions& residuals = options.residuals;
+  return {
+      .steps = {.h = residuals.rollout.h, .steps = residuals.rollout.steps},
+      .solve_mode = residuals.solve_mode,
+      .equilibrium = {.max_iterations = kGuessNewtonFactor * residuals.equilibrium.max_iterations}};
 }
 
 std::vector<MaterialField> ListStartTables(const FitProblem& problem) {

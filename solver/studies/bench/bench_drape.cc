@@ -217,11 +217,9 @@ RolloutOptions SettingSolver::Steps() const {
 }
 
 SettleOptions SettingSolver::Settling() const {
-  SettleOptions settling{.steps = Steps()};
-  settling.solve_mode = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
-  settling.equilibrium.tolerance = setting_.tolerance;
-  settling.equilibrium.cancel = cancel_;
-  return settling;
+  return {.steps = Steps(),
+          .solve_mode = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic,
+          .equilibrium = {.tolerance = setting_.tolerance, .cancel = cancel_}};
 }
 
 std::vector<RolloutInput> SettingSolver::Batch(const State& state) const {

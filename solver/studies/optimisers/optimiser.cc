@@ -370,7 +370,8 @@ std::string Run(const OptimiserMethod& method, BudgetedFunction& function,
                 const OptimiserOptions& options) {
   const std::string& name = method.name;
   if (!method.search.empty()) {
-    function.LimitTo(std::max(1.0, options.budget - RefiningBudget(options)));
+    const double kept = (kRefiningRounds + 1) * (1.0 + options.jacobian_cost_units);
+    function.LimitTo(std::max(1.0, options.budget - kept));
     RunWithoutDerivatives(method.search, function, options);
     function.LimitTo(options.budget);
     return RefineByLevenbergMarquardt(function);
@@ -463,10 +464,6 @@ void BudgetedFunction::Record(double cost) {
   run_.cost = cost;
   run_.theta = theta_;
   run_.trace.push_back({run_.spent, run_.seconds, cost});
-}
-
-double RefiningBudget(const OptimiserOptions& options) {
-  return (kRefiningRounds + 1) * (1.0 + options.jacobian_cost_units);
 }
 
 const std::vector<OptimiserMethod>& OptimiserMethods() {

@@ -148,10 +148,9 @@ StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene,
   StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.pre_steps), course);
   course.steps = 0;
   if (end.status != IntegratorStatus::kOk || IsLost(end.x)) return end;
-  EquilibriumOptions options;
-  options.max_iterations = course.setting.max_newton_steps;
-  options.cancel = &course.cancel;
-  const EquilibriumResult rest = RunNewton(run.method, scene, end.x, options);
+  const EquilibriumResult rest =
+      RunNewton(run.method, scene, end.x,
+                {.max_iterations = course.setting.max_newton_steps, .cancel = &course.cancel});
   course.steps = rest.iterations;
   return {.status = StepStatus(run.method, rest), .x = rest.x, .speed = 0.0};
 }
