@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
@@ -212,9 +211,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
   const Eigen::MatrixXd jacobian =
-      control.cancelled()
-          ? Eigen::MatrixXd()
-          : CandidateFitter(problem, spec.stages, *problem.fine, nullptr, 0).Jacobian(*best);
+      control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
   EstimateFittedStiffness(spec, problem, *best, jacobian, report);

@@ -252,4 +252,9 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   return fit;
 }
 
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const FitCandidate& candidate) {
+  return CandidateFitter(problem, options, *problem.fine, nullptr, 0).Jacobian(candidate);
+}
+
 }  // namespace drape

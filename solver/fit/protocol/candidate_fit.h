@@ -71,4 +71,8 @@ class CandidateFitter {
   int round_;
 };
 
+// Calls CandidateFitter::Jacobian on the problem's own backend.
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const FitCandidate& candidate);
+
 }  // namespace drape
