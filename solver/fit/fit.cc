@@ -85,11 +85,8 @@ class Monitor final : public ceres::IterationCallback {
   Monitor(const TrustRegionOptions& options, TrustRegionRun* run) : options_(options), run_(run) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
-    FitIteration it{s.iteration,          s.cost,
-                    s.step_norm,          s.trust_region_radius,
-                    s.step_is_successful, s.cumulative_time_in_seconds};
-    run_->iterations.push_back(it);
-    if (options_.progress) options_.progress(it);
+    run_->iterations.push_back({s.iteration, s.cost, s.trust_region_radius, s.step_is_successful});
+    if (options_.progress) options_.progress(run_->iterations.back());
     if (options_.cancel != nullptr && options_.cancel->load())
       return Stop(FitTermination::kCancelled);
     if (s.trust_region_radius * options_.max_damping < 1.0)

@@ -21,10 +21,8 @@ namespace drape {
 struct FitIteration {
   int iteration = 0;
   double cost = 0.0;          // ½ Σ residual², prior included
-  double step_norm = 0.0;     // in log units
   double trust_radius = 0.0;  // 1/damping of Levenberg–Marquardt
   bool accepted = false;
-  double seconds = 0.0;  // since the start of the stage
 };
 
 // Settings of Ceres's trust region by Levenberg–Marquardt.

@@ -18,6 +18,8 @@
 namespace drape {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double kMostWidths = 40.0;  // of a tensile strip: its mesh has square cells
 constexpr double kLongest = 10.0;     // of a strip or its width [m]: what is above is no metres
 
@@ -47,7 +49,34 @@ LabPoint ReadPoint(const JsonInput& input, const Form& form) {
           NumberBetween(input.At(form.reading), form.least_reading, form.most_reading)};
 }
 
-namespace fs = std::filesystem;
+LabMeasurement ReadLabMeasurement(const JsonInput& input, const std::string& path) {
+  constexpr double kLeastSigma = 1e-8, kMostSigma = 1e4;  // of degrees or stretch
+  LabMeasurement measurement;
+  measurement.file = path;
+  measurement.name = fs::path(path).stem().string();
+  const JsonInput test = input.At("test");
+  measurement.kind = ParseName<LabMeasurementKind>(test.String(), test.Name());
+  const bool tensile = measurement.kind == LabMeasurementKind::kTensile;
+  std::vector<std::string> keys = {"test", "direction", "width", "sigma", "points"};
+  if (tensile) keys.push_back("length");
+  input.ExpectKeys(keys);
+  measurement.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
+  if (tensile) measurement.length = NumberBetween(input.At("length"), 0.0, kLongest);
+  if (tensile || input.Has("width"))
+    measurement.width = NumberBetween(input.At("width"), 0.0, kLongest);
+  if (tensile && !(measurement.length >= measurement.width &&
+                   measurement.length <= kMostWidths * measurement.width))
+    input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
+                            " widths of the strip");
+  measurement.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
+  const JsonInput points = input.At("points");
+  if (points.ExpectArray().Size() == 0) points.Fail("at least one point");
+  for (int i = 0; i < points.Size(); ++i)
+    measurement.points.push_back(ReadPoint(points.At(i), MeasurementForm(measurement.kind)));
+  std::stable_sort(measurement.points.begin(), measurement.points.end(),
+                   [](const LabPoint& a, const LabPoint& b) { return a.set < b.set; });
+  return measurement;
+}
 
 constexpr double kCentimetre = 0.01;                              // [m]
 constexpr double kGramForce = 1e-3 * kStandardGravity;            // [N]
@@ -237,42 +266,11 @@ std::string PointLine(const StripReport& report, std::size_t i) {
 
 }  // namespace
 
-LabMeasurement ReadLabMeasurement(const std::string& path) {
-  const nlohmann::json document = ReadJsonFile(path);
-  const JsonInput input(document, path);
-  constexpr double kLeastSigma = 1e-8, kMostSigma = 1e4;  // of degrees or stretch
-  LabMeasurement measurement;
-  measurement.file = path;
-  measurement.name = std::filesystem::path(path).stem().string();
-  const JsonInput test = input.At("test");
-  measurement.kind = ParseName<LabMeasurementKind>(test.String(), test.Name());
-  const bool tensile = measurement.kind == LabMeasurementKind::kTensile;
-  std::vector<std::string> keys = {"test", "direction", "width", "sigma", "points"};
-  if (tensile) keys.push_back("length");
-  input.ExpectKeys(keys);
-  measurement.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
-  if (tensile) measurement.length = NumberBetween(input.At("length"), 0.0, kLongest);
-  if (tensile || input.Has("width"))
-    measurement.width = NumberBetween(input.At("width"), 0.0, kLongest);
-  if (tensile && !(measurement.length >= measurement.width &&
-                   measurement.length <= kMostWidths * measurement.width))
-    input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
-                            " widths of the strip");
-  measurement.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
-  const JsonInput points = input.At("points");
-  if (points.ExpectArray().Size() == 0) points.Fail("at least one point");
-  for (int i = 0; i < points.Size(); ++i)
-    measurement.points.push_back(ReadPoint(points.At(i), MeasurementForm(measurement.kind)));
-  std::stable_sort(measurement.points.begin(), measurement.points.end(),
-                   [](const LabPoint& a, const LabPoint& b) { return a.set < b.set; });
-  return measurement;
-}
-
 std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
   if (input.Has("raw_data")) return ReadRawData(input, path);
-  if (!input.Has("material") || !input.Has("schema")) return {ReadLabMeasurement(path)};
+  if (!input.Has("material") || !input.Has("schema")) return {ReadLabMeasurement(input, path)};
   const std::string raw = FindRawData(input, path);
   const nlohmann::json raw_document = ReadJsonFile(raw);
   return ReadRawData(JsonInput(raw_document, raw), raw);

@@ -43,29 +43,27 @@ struct LabMeasurement {
   std::vector<LabPoint> points = {};  // by rising overhang or force
 };
 
-// A JSON file:
+// The measurements of one file that a user names, in one of two forms. Throws InputError (file,
+// key, value, what was expected) for a key that is unknown or missing, a value out of range, and
+// strips without a loading or without a stretch.
+//
+// One measurement, whose points may be in any order; `width` of a cantilever may be left out:
 //   {"test": "cantilever", "direction": 0, "sigma": 1.0, "width": 0.025,
 //    "points": [{"length": 0.06, "angle": 41.5}, …]}
 //   {"test": "tensile", "direction": 90, "length": 0.2, "width": 0.05, "sigma": 0.002,
 //    "points": [{"force": 5.0, "stretch": 1.02}, …]}
-// `width` of a cantilever may be left out. Points may be in any order. Throws InputError (file,
-// key, value, what was expected) for a key that is unknown or missing and a value out of range.
-LabMeasurement ReadLabMeasurement(const std::string& path);
-
-// The tensile tests of a U3M 1.1 material: raw data of a FAB device, strips of width 5 cm that are
-// stretched at a gauge of 8 cm (S2) along the length (L: warp), the width (W: weft) and the bias
-// (B). Their samples alternate distance [cm] and force [gf], cycle by cycle; the file is JSON with
+//
+// The tensile tests of a U3M 1.1 material: raw data of a FAB device, or a .u3m that names their
+// file in material.physics.devices.fab, relative to itself. Strips of width 5 cm are stretched at a
+// gauge of 8 cm (S2) along the length (L: warp), the width (W: weft) and the bias (B); their names
+// are the file's with "_warp", "_weft" or "_bias". Their samples alternate distance [cm] and force
+// [gf], cycle by cycle; the file is JSON with
 //   "raw_data": {"B" | "L" | "W": {"S2": {"width" [cm], "samplesTree": [[d, f, d, f, …], …]}}}.
 // The loading of each strip with the largest force counts. It begins where the strip is taut: its
 // first sample is the rest length, its mean force over the first samples zero. The points are means
 // of ten equal parts of the force. The readings' standard deviation is one hundredth of the largest
 // strain, at least 1e-3: the file states none. Other members (bending loops, thickness) are not
 // read.
-
-// The measurements of one file that a user names: a file of ReadLabMeasurement, such a file of raw
-// data, or a .u3m that names it in material.physics.devices.fab, relative to itself. Names of
-// strips are those of the file with "_weft", "_bias" or "_warp". Throws InputError, as
-// ReadLabMeasurement does, for strips with other members, without a loading or without a stretch.
 std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path);
 
 // One reading of a laboratory measurement, computed: a strip at rest on its scene.

@@ -172,13 +172,6 @@ void OutlineResiduals::FindAdjoints(const MaterialField& material,
   }
 }
 
-std::vector<RolloutInput> OutlineResiduals::MakeInputs(const MaterialField& material,
-                                                       const std::vector<State>& starts) const {
-  std::vector<RolloutInput> inputs;
-  for (const State& start : starts) inputs.push_back({&material, &start});
-  return inputs;
-}
-
 void OutlineResiduals::PredictShapes() {
   predicted_x_ = accepted_.x;
   if (!has_accepted()) return;

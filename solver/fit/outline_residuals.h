@@ -164,8 +164,6 @@ class OutlineResiduals : public ceres::EvaluationCallback {
   bool IsTooFar() const;
   bool LeftBranch(int i) const;
   void PredictShapes();
-  std::vector<RolloutInput> MakeInputs(const MaterialField& material,
-                                       const std::vector<State>& starts) const;
   void RestartFromLastShapes();
   void Accept();
   bool EvaluatedHere() const;

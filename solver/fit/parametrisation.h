@@ -41,9 +41,6 @@ enum class ParameterTying {
   kColumns,    // 7: one for each of c11 c12 c22 c33, one for each bend row
   kEntries     // 39: each entry
 };
-inline constexpr ParameterTying kParameterTyings[] = {
-    ParameterTying::kBendScale, ParameterTying::kBendRows, ParameterTying::kScales,
-    ParameterTying::kColumns, ParameterTying::kEntries};
 inline bool FreesStretch(ParameterTying tying) {
   return tying != ParameterTying::kBendScale && tying != ParameterTying::kBendRows;
 }

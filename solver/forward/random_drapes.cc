@@ -45,35 +45,23 @@ void Measure(const ClothModel& model, const MaterialField& material, const Drape
   sample->silhouette = Rasterize(model.mesh, sample->x, CameraAbove(discs), kSupersample);
 }
 
-DrapeSample FromEquilibrium(const ClothModel& model, const MaterialField& material,
-                            const DrapeDiscs& discs, EquilibriumResult rest) {
-  DrapeSample sample;
-  sample.status = ToString(rest.status);
-  sample.stable = rest.status == EquilibriumStatus::kStable;
-  sample.residual = rest.residual;
-  sample.newton_iterations = rest.iterations;
-  sample.x = std::move(rest.x);
-  if (sample.stable || rest.status == EquilibriumStatus::kUnstable) {
+DrapeSample FromSettled(const ClothModel& model, const MaterialField& material,
+                        const DrapeDiscs& discs, SettledDrape drape) {
+  if (drape.steps != RolloutStatus::kOk) return {.status = ToString(drape.steps)};
+  EquilibriumResult& rest = drape.rest;
+  DrapeSample sample{.status = ToString(rest.status),
+                     .stable = rest.status == EquilibriumStatus::kStable,
+                     .residual = rest.residual,
+                     .newton_iterations = rest.iterations,
+                     .x = std::move(rest.x)};
+  if (sample.stable || rest.status == EquilibriumStatus::kUnstable)
     Measure(model, material, discs, &sample);
-  }
   return sample;
 }
 
-DrapeSample FromSettled(const ClothModel& model, const MaterialField& material,
-                        const DrapeDiscs& discs, SettledDrape drape) {
-  if (drape.steps == RolloutStatus::kOk)
-    return FromEquilibrium(model, material, discs, std::move(drape.rest));
-  DrapeSample failed;
-  failed.status = ToString(drape.steps);
-  return failed;
-}
-
 SettleOptions MakeSettleOptions(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {
-  SettleOptions options;
-  options.steps.h = sampling.h;
-  options.steps.steps = sampling.steps;
-  options.steps.cancel = options.equilibrium.cancel = cancel;
-  return options;
+  return {.steps = {.h = sampling.h, .steps = sampling.steps, .cancel = cancel},
+          .equilibrium = {.cancel = cancel}};
 }
 
 std::vector<int> AtRest(const std::vector<DrapeSample>& samples) {
@@ -82,6 +70,20 @@ std::vector<int> AtRest(const std::vector<DrapeSample>& samples) {
     if (samples[i].at_rest) indices.push_back(static_cast<int>(i));
   }
   return indices;
+}
+
+double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric) {
+  switch (metric) {
+    case BranchMetric::kVertices:
+      return VertexDistance(a.x, b.x);
+    case BranchMetric::kOutline:
+      return MatchOutlines(a.outline, b.outline).rms;
+    case BranchMetric::kRotated:
+      return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotation).rms;
+    case BranchMetric::kMirrored:
+      break;
+  }
+  return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotationAndMirror).rms;
 }
 
 BranchCluster MakeCluster(const std::vector<DrapeSample>& samples, std::vector<int> members,
@@ -123,10 +125,14 @@ BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDisc
   return signature;
 }
 
+double VertexRms(const Eigen::VectorXd& v) {
+  return v.norm() / std::sqrt(static_cast<double>(v.size()) / 3.0);
+}
+
 double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
-  return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3.0);
+  return VertexRms(a - b);
 }
 
 std::vector<std::vector<int>> ClusterByDistance(const Eigen::MatrixXd& distance, double tolerance) {
@@ -175,20 +181,6 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
   SettleInBatches(backend, options.samples, SettleBatchSize(backend, options.threads), task,
                   MakeSettleOptions(options, control.cancel), done);
   return samples;
-}
-
-double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric) {
-  switch (metric) {
-    case BranchMetric::kVertices:
-      return VertexDistance(a.x, b.x);
-    case BranchMetric::kOutline:
-      return MatchOutlines(a.outline, b.outline).rms;
-    case BranchMetric::kRotated:
-      return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotation).rms;
-    case BranchMetric::kMirrored:
-      break;
-  }
-  return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotationAndMirror).rms;
 }
 
 std::vector<BranchCluster> ClusterSamples(const std::vector<DrapeSample>& samples,

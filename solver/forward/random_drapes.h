@@ -40,6 +40,8 @@ bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* o
 // 15. CHECKs n ≥ 180.
 BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs);
 
+// Root mean square over the vertices of the length of a vector of each; v: [3V].
+double VertexRms(const Eigen::VectorXd& v);
 // Root mean square distance of equal vertices [m]; a, b: [3V]. It is 0 on one branch only: turned
 // and mirrored drapes are others.
 double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
@@ -66,16 +68,16 @@ struct SamplingOptions {
 // One random start and where it came to rest.
 struct DrapeSample {
   int seed = 0;
-  std::string status;    // of the steps when they failed, else of Newton
-  bool at_rest = false;  // converged, with an outline; else only seed, status and residual count
+  std::string status = {};  // of the steps when they failed, else of Newton
+  bool at_rest = false;     // converged, with an outline; else only seed, status and residual count
   bool stable = false;
   double residual = 0.0;  // ‖f‖ / weight
   int newton_iterations = 0;
-  double energy = 0.0;      // physics/cloth/assembly/assembly.h [J]
-  Eigen::VectorXd x;        // [m], shape [3V]
-  Eigen::VectorXd outline;  // [m], shape [kBranchAngles]
-  BranchSignature signature;
-  GrayImage silhouette;  // through CameraAbove
+  double energy = 0.0;           // physics/cloth/assembly/assembly.h [J]
+  Eigen::VectorXd x = {};        // [m], shape [3V]
+  Eigen::VectorXd outline = {};  // [m], shape [kBranchAngles]
+  BranchSignature signature = {};
+  GrayImage silhouette = {};  // through CameraAbove
 };
 
 // Returns drapes in the order of their seeds; fewer when *cancel turns true.
@@ -95,7 +97,6 @@ constexpr auto EnumNames(BranchMetric) {
                                   {BranchMetric::kRotated, "rotated"},
                                   {BranchMetric::kMirrored, "mirrored"}});
 }
-double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric);  // [m]
 
 // Samples on one branch, those of least energy first.
 struct BranchCluster {

@@ -18,11 +18,15 @@ bool SettledDrape::IsUsable(SolveMode solve_mode) const {
          (solve_mode == SolveMode::kDynamic || rest.status == EquilibriumStatus::kStable);
 }
 
-std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
-                                 std::span<const State> starts, const SettleOptions& options) {
+std::vector<RolloutInput> MakeInputs(const MaterialField& material, std::span<const State> starts) {
   std::vector<RolloutInput> inputs;
   for (const State& start : starts) inputs.push_back({&material, &start});
-  return Settle(backend, inputs, options);
+  return inputs;
+}
+
+std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
+                                 std::span<const State> starts, const SettleOptions& options) {
+  return Settle(backend, MakeInputs(material, starts), options);
 }
 
 std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
@@ -72,6 +76,7 @@ NudgedDrape Release(Backend& backend, const MaterialField& material, const Eigen
 NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
                   const EquilibriumOptions& options) {
   constexpr int kNudges = 4;
+  constexpr double kNudge = 1e-4;  // rms [m]
   const Mesh& mesh = backend.model().mesh;
   const std::optional<double> support = SupportRadius(backend.model().scene);
   CHECK(support.has_value());
@@ -79,16 +84,13 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
   if (released.status == EquilibriumStatus::kStable && released.drift <= kAtRestDrift)
     return released;
   std::vector<State> nudged;
-  std::vector<RolloutInput> inputs;
-  nudged.reserve(kNudges);
   for (int seed = 1; seed <= kNudges; ++seed) {
     const StartShape waves = RandomStartShape(seed, kNudge);
     const Eigen::VectorXd moved = x + ApplyStartShape(mesh, *support, waves) - mesh.rest_x;
     nudged.push_back({ReachSafely(backend.model(), x, moved), Eigen::VectorXd::Zero(x.size())});
-    inputs.push_back({&material, &nudged.back()});
   }
   NudgedDrape furthest{.x = x};
-  for (EquilibriumResult& end : backend.Equilibria(inputs, options)) {
+  for (EquilibriumResult& end : backend.Equilibria(MakeInputs(material, nudged), options)) {
     if (end.status != EquilibriumStatus::kStable) return {.status = end.status, .x = x};
     const double drift = LargestDistance(end.x, x);
     if (drift >= furthest.drift) furthest = {.x = std::move(end.x), .drift = drift};

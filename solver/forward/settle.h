@@ -43,6 +43,9 @@ struct SettledDrape {
   bool IsUsable(SolveMode solve_mode) const;
 };
 
+// The starts under one material as inputs of a backend; both outlive the inputs.
+std::vector<RolloutInput> MakeInputs(const MaterialField& material, std::span<const State> starts);
+
 // Settles the starts under one material, in their order.
 std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
                                  std::span<const State> starts, const SettleOptions& options);
@@ -62,10 +65,9 @@ struct NudgedDrape {
 // Whether the shape x, shape [3V], over the support of the Cusick test is at rest. First releases
 // it for 30 s of time steps: a drape that they keep within kAtRestDrift is. They can leave a stable
 // drape, though, because the one-solve step [MODEL, M30] is inexact where a table stiffens steeply.
-// So a drape that they leave has a second chance: a few random waves of kNudge rms, which is how
+// So a drape that they leave has a second chance: a few random waves of 0.1 mm rms, which is how
 // far a real drape moves between two photographs, lift and lower its hem, and Newton's method takes
 // each to rest. A drape at rest returns, one close to snapping to another does not.
-inline constexpr double kNudge = 1e-4;  // [m]
 NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
                   const EquilibriumOptions& options);
 

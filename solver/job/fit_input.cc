@@ -215,21 +215,6 @@ bool IsSameCloth(const Mesh& a, const Mesh& b) {
   return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
 }
 
-// Adds the fields of a checkpoint's key.
-struct KeyWriter {
-  nlohmann::json& key;
-
-  template <class T>
-  void operator()(const T& value, const Field& field) const {
-    if (!field.in_key) return;
-    if constexpr (NamedEnum<T>) {
-      key[field.key] = ToString(value);
-    } else {
-      key[field.key] = value;
-    }
-  }
-};
-
 std::vector<std::string> Expand(const std::string& text, const std::string& what,
                                 const std::set<std::string>& extensions,
                                 const std::string& expected) {
@@ -296,8 +281,7 @@ std::vector<int> ListSpecimens(const std::vector<Capture>& captures) {
   return specimens;
 }
 
-}  // namespace
-
+// The discs of the drapes that are fitted: those of the images and the options, or of the captures.
 DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
   std::vector<std::string> files = data.images;
   for (const std::string& image : data.images)
@@ -309,6 +293,25 @@ DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
                          ToString(DrapeDiscs()));
   return discs;
 }
+
+// The names of the images are to be those of output files: short and distinct.
+void CheckNames(const std::vector<Observation>& observations) {
+  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
+  for (const Observation& observation : observations)
+    if (observation.name.size() > kLongest)
+      throw InputError(observation.file,
+                       "found a name of " + std::to_string(observation.name.size()) +
+                           " bytes, expected at most " + std::to_string(kLongest) +
+                           ": it names the output files");
+  std::set<std::string> names;
+  for (const Observation& observation : observations)
+    if (!names.insert(observation.name).second)
+      throw InputError(observation.file,
+                       "a second image of the name '" + observation.name +
+                           "', expected distinct names: they name the output files");
+}
+
+}  // namespace
 
 std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
                                       std::vector<std::string>* notes) {
@@ -337,22 +340,6 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
         std::to_string(std::lround(search.num_vertices() * std::pow(growth, double(i) / steps))) +
         options);
   return meshes;
-}
-
-void CheckNames(const std::vector<Observation>& observations) {
-  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
-  for (const Observation& observation : observations)
-    if (observation.name.size() > kLongest)
-      throw InputError(observation.file,
-                       "found a name of " + std::to_string(observation.name.size()) +
-                           " bytes, expected at most " + std::to_string(kLongest) +
-                           ": it names the output files");
-  std::set<std::string> names;
-  for (const Observation& observation : observations)
-    if (!names.insert(observation.name).second)
-      throw InputError(observation.file,
-                       "a second image of the name '" + observation.name +
-                           "', expected distinct names: they name the output files");
 }
 
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
@@ -429,9 +416,17 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
 
 std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input) {
   nlohmann::json key;
-  VisitFields(spec, KeyWriter{key});
-  VisitFields(spec.observation, KeyWriter{key});
-  VisitFields(spec.stages, KeyWriter{key});
+  const auto add = [&key]<class T>(const T& value, const Field& field) {
+    if (!field.in_key) return;
+    if constexpr (NamedEnum<T>) {
+      key[field.key] = ToString(value);
+    } else {
+      key[field.key] = value;
+    }
+  };
+  VisitFields(spec, add);
+  VisitFields(spec.observation, add);
+  VisitFields(spec.stages, add);
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
   const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
@@ -447,8 +442,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   for (const MaterialField& other : problem.other_materials)
     key["other_materials"].push_back({other.stretch[0].c, other.bend[0].b});
   for (const Observation& observation : problem.observations)
-    key["images"].push_back({observation.name, std::vector<double>(observation.radius.begin(),
-                                                                   observation.radius.end())});
+    key["images"].push_back({observation.name, observation.radius});
   for (const Capture& c : captures)
     key["data"].push_back({c.fabric, c.sample, c.capture, ToString(source)});
   if (!input.strips) return key.dump();

@@ -29,20 +29,12 @@ struct FitInput {
   std::vector<std::string> notes;
 };
 
-// The discs of the drapes that are fitted: those of the images and the options, or of the captures.
-// Throws InputError where these contradict one another (FindDiscs).
-DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data);
-
 // The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those
 // between them, each with at most twice the vertices of the one before. None where search_mesh
 // is not clearly coarser than mesh, or is another cloth, of which there is a note. Throws
 // InputError for a malformed one.
 std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
                                       std::vector<std::string>* notes);
-
-// Throws InputError unless the names of the images can be those of output files: short and
-// distinct.
-void CheckNames(const std::vector<Observation>& observations);
 
 // The input of a fit in memory. Throws InputError for a combination that cannot be fitted.
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
@@ -177,10 +176,8 @@ void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
 // The fit of strips ends with the last of its stages that succeeds.
 void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
-  const auto* const tying =
-      std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
-                   [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
-  const Eigen::MatrixXd tie = TyingMatrix(*tying);
+  const Eigen::MatrixXd tie =
+      TyingMatrix(ParseName<ParameterTying>(std::to_string(fit.jacobian.cols()), "num_parameters"));
   const WeightedRows rows = {.jacobian = fit.jacobian};
   const double sigma = spec.stages.prior_sigma;
   report.stiffness = EstimateStiffness(report.material, EqualStiffnessWeights(), tie, rows, sigma);
@@ -378,8 +375,6 @@ namespace {
 
 using nlohmann::json;
 
-json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
-
 Eigen::VectorXd ToVector(const json& numbers) {
   const auto list = numbers.get<std::vector<double>>();
   return Eigen::Map<const Eigen::VectorXd>(list.data(), static_cast<Eigen::Index>(list.size()));
@@ -405,14 +400,12 @@ MaterialField ToTables(const json& numbers) {
 }
 
 json ToJson(const FitCandidate& candidate) {
-  json shapes = json::array();
-  for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
   return {{"guess", candidate.guess},
           {"base", ToJson(candidate.base)},
           {"is_carried", candidate.is_carried},
           {"guess_rms", candidate.guess_rms},
-          {"theta", ToJson(candidate.theta)},
-          {"shapes", shapes},
+          {"theta", candidate.theta},
+          {"shapes", candidate.shapes},
           {"cost", candidate.cost},
           {"profile_rms", candidate.profile_rms},
           {"termination", candidate.termination},

@@ -32,14 +32,18 @@ namespace {
 
 constexpr int kReportedModes = 3;
 
+// The outlines of an image and of a drape in it; false where one is missing.
+bool ReadOutlines(const Mesh& mesh, const Observation& observation, const Eigen::VectorXd& x,
+                  Outline* image, Outline* fitted) {
+  return OutlineFromImage(observation.image, observation.camera, kReportAngles, image) &&
+         OutlineFromMesh(mesh, x, observation.camera, kReportAngles, fitted);
+}
+
 bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x,
              MeasuredDrape* drape) {
   constexpr int kSupersample = 4;
   Outline image, fitted;
-  if (!OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) ||
-      !OutlineFromMesh(mesh, x, observation.camera, kReportAngles, &fitted)) {
-    return false;
-  }
+  if (!ReadOutlines(mesh, observation, x, &image, &fitted)) return false;
   drape->metrics = CompareSilhouettes(observation.image, image.radius,
                                       Rasterize(mesh, x, observation.camera, kSupersample),
                                       fitted.radius, observation.camera, observation.discs);
@@ -128,8 +132,7 @@ ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
                        {"stretch_uncertainty", UncertaintyJson(fit.posterior_face, fit.prior_face)},
                        {"bend_uncertainty", UncertaintyJson(fit.posterior_hinge, fit.prior_hinge)}};
   // Numbers of single elements would repeat the material file.
-  if (options.basis == FieldBasis::kModes)
-    json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
+  if (options.basis == FieldBasis::kModes) json["theta"] = fit.summary.theta;
   return json;
 }
 
@@ -147,10 +150,6 @@ std::string FieldTable(const FieldFit& fit) {
                         fit.determined, static_cast<int>(fit.summary.theta.size()));
 }
 
-std::vector<double> Numbers(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
 // Writes material.json, and what the page of the fit draws over the plane of the cloth: on faces
 // the membrane stiffness (mean of c11 and c22), on hinges the plate rigidity, and the posterior
 // over the prior standard deviation of the log factors (1 where the image contains no information).
@@ -164,11 +163,10 @@ void WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fi
                       .source = source,
                       .warnings = {}},
                      mesh);
-  ordered_json json = {
-      {"stretch_n_per_m", Numbers(StretchOfFaces(fit.material))},
-      {"bend_n_m", Numbers(BendOfHinges(fit.material))},
-      {"stretch_uncertainty", Numbers(fit.posterior_face.cwiseQuotient(fit.prior_face))},
-      {"bend_uncertainty", Numbers(fit.posterior_hinge.cwiseQuotient(fit.prior_hinge))}};
+  ordered_json json = {{"stretch_n_per_m", StretchOfFaces(fit.material)},
+                       {"bend_n_m", BendOfHinges(fit.material)},
+                       {"stretch_uncertainty", fit.posterior_face.cwiseQuotient(fit.prior_face)},
+                       {"bend_uncertainty", fit.posterior_hinge.cwiseQuotient(fit.prior_hinge)}};
   for (const auto& uv : mesh.uv.colwise()) json["uv_m"].push_back({uv[0], uv[1]});
   for (const Face& face : mesh.faces) json["faces"].push_back(face.vertex);
   for (const Hinge& hinge : mesh.hinges)
@@ -221,14 +219,11 @@ ordered_json FitJson(const StagedFitState& state, const FitCandidate& best) {
 }
 
 ordered_json SpectrumJson(const Spectrum& spectrum) {
-  return {{"singular_values", std::vector<double>(spectrum.values.begin(), spectrum.values.end())},
-          {"determined_directions", spectrum.determined}};
+  return {{"singular_values", spectrum.values}, {"determined_directions", spectrum.determined}};
 }
 
 ordered_json ParametersJson(double prior_sigma, const Eigen::VectorXd& theta) {
-  return {{"count", theta.size()},
-          {"log_factors", std::vector<double>(theta.begin(), theta.end())},
-          {"prior_sigma", prior_sigma}};
+  return {{"count", theta.size()}, {"log_factors", theta}, {"prior_sigma", prior_sigma}};
 }
 
 // The fit of the laboratory measurements alone, about the start tables.
@@ -322,12 +317,9 @@ ordered_json OutlinesJson(const Mesh& mesh, const Observation& observation,
     for (const double value : radius) list.push_back(std::round(100.0 * value) / 100.0);
     return list;
   };
-  const Camera& camera = observation.camera;
   Outline image, fitted;
-  if (x.size() == 0 || !OutlineFromImage(observation.image, camera, kReportAngles, &image) ||
-      !OutlineFromMesh(mesh, x, camera, kReportAngles, &fitted))
-    return nullptr;
-  return {{"px_per_m", camera.pixels_per_metre()},
+  if (x.size() == 0 || !ReadOutlines(mesh, observation, x, &image, &fitted)) return nullptr;
+  return {{"px_per_m", observation.camera.pixels_per_metre()},
           {"image_px", rounded(image.radius)},
           {"fit_px", rounded(fitted.radius)}};
 }
@@ -471,8 +463,7 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   if (drape.fitted.x.size() == 0) return;
   const std::vector<std::string> files = ListDrapeFiles(observation);
   Outline image, fitted;
-  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) &&
-      OutlineFromMesh(mesh, drape.fitted.x, observation.camera, kReportAngles, &fitted)) {
+  if (ReadOutlines(mesh, observation, drape.fitted.x, &image, &fitted)) {
     WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera,
                            observation.discs),
              folder + "/" + files[0]);

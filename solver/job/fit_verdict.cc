@@ -443,7 +443,6 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
   constexpr int kSamples = 1000;
   constexpr double kLeastVariance = 1e-20;  // rounding
   constexpr double kLeastShare = 0.5;
-  constexpr double kQuantile = 1.645;  // of a normal distribution, 90 % two-sided
   struct Samples {
     MaterialField median;
     FabricSamples after, before;
@@ -460,7 +459,7 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
     const bool narrowed = 1.0 - left / prior >= kLeastShare;
     const bool bends = resistance == Resistance::kBending;
     const double degree = BendDegree(log_quantity, samples->median);
-    const double model = bends ? kQuantile * std::abs(degree) * bend_deviation : 0.0;
+    const double model = bends ? kQuantile90 * std::abs(degree) * bend_deviation : 0.0;
     return KnownTo{.low = std::exp(-std::hypot(median - Quantile(after, 0.05), model)),
                    .high = std::exp(std::hypot(Quantile(after, 0.95) - median, model)),
                    .determined = narrowed && (bends || stretch_measured)};

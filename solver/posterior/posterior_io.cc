@@ -28,10 +28,6 @@ constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
 // What rounding may leave of asymmetry or of a negative variance, as a share of the largest entry.
 constexpr double kRounding = 1e-9;
 
-std::vector<double> NumberList(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
 Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
   Eigen::VectorXd deviations = input.Vector(count);
   for (int i = 0; i < count; ++i)
@@ -56,7 +52,7 @@ Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
 // The tying whose names come first, and how many specimens follow.
 void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
   const int count = names.ExpectArray().Size();
-  for (const ParameterTying tying : kParameterTyings) {
+  for (const auto& [tying, unused] : EnumNames(ParameterTying{})) {
     posterior->fabric = tying;
     posterior->specimens = (count - posterior->num_fabric()) / 2;
     if (posterior->specimens < 0 || posterior->size() != count) continue;
@@ -152,17 +148,17 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
                        {"kind", ToString(posterior.kind)},
                        {"log_factors_on", kBase},
                        {"names", names},
-                       {"prior_sd", NumberList(posterior.prior_sd)},
-                       {"mean", NumberList(posterior.mean)}};
+                       {"prior_sd", posterior.prior_sd},
+                       {"mean", posterior.mean}};
   if (posterior.kind == PosteriorKind::kElements) {
     CHECK_EQ(posterior.element_sd.size(), kMaterialEntries);
-    file["element_sd"] = NumberList(posterior.element_sd);
+    file["element_sd"] = posterior.element_sd;
   } else {
     CHECK_EQ(posterior.covariance.rows(), posterior.size());
     for (int i = 0; i < posterior.size(); ++i)
-      file["covariance"].push_back(NumberList(posterior.covariance.col(i)));
+      file["covariance"].push_back(posterior.covariance.col(i));
     for (const auto& column : posterior.fabric_prior.colwise())
-      file["fabric_prior"].push_back(NumberList(column));
+      file["fabric_prior"].push_back(column);
   }
   WriteMaterial(folder + "/" + kBase, {.name = "base",
                                        .field = posterior.base,
@@ -223,14 +219,13 @@ void WriteSamples(const std::string& folder, const StoredSamples& samples) {
                      "\", \"version\": " + std::to_string(kSamplesVersion) +
                      ", \"drawn\": " + std::to_string(samples.drawn) + ",\n \"images\": [";
   lines(&text, samples.images, [](const StoredSamples::Image& image) {
-    return ordered_json{
-        {"name", image.name}, {"sigma_m", image.sigma}, {"radius_m", NumberList(image.radius)}};
+    return ordered_json{{"name", image.name}, {"sigma_m", image.sigma}, {"radius_m", image.radius}};
   });
   text += "],\n \"samples\": [";
   lines(&text, samples.samples, [](const StoredSamples::Sample& sample) {
     ordered_json outlines = ordered_json::array();
-    for (const auto& outline : sample.radius.colwise()) outlines.push_back(NumberList(outline));
-    return ordered_json{{"log_factors", NumberList(sample.log_factors)},
+    for (const auto& outline : sample.radius.colwise()) outlines.push_back(outline);
+    return ordered_json{{"log_factors", sample.log_factors},
                         {"log_prior", sample.log_prior},
                         {"log_density", sample.log_density},
                         {"radius_m", outlines}};

@@ -202,10 +202,6 @@ Eigen::MatrixXd GaussianPosterior::Covariance() const {
   return root * root.transpose();
 }
 
-Eigen::VectorXd GaussianPosterior::Deviations() const {
-  return (rotation * factor).rowwise().norm();
-}
-
 double GaussianPosterior::DivergenceFromPrior() const {
   return 0.5 * (mean.squaredNorm() + factor.squaredNorm() - size()) -
          factor.diagonal().array().log().sum();
@@ -416,14 +412,11 @@ std::unique_ptr<HierarchicalSamples> HierarchicalSamples::Elementwise(
   all->policy_ = policy;
   for (int i = 0; i < draws * all->specimens_; ++i) {
     const int sample = i / all->specimens_, specimen = i % all->specimens_;
-    std::vector<FieldTerm> terms = CommonTerms(mesh, scales.mean_sigma);
-    for (FieldTerm& term :
-         NoiseTerms(mesh, scales.mean_sigma, SeedOfStream(seed, specimen) + sample))
-      terms.push_back(std::move(term));
     all->states_.push_back(std::make_unique<SampleState>(
         backend,
-        std::make_shared<FieldParametrisation>(base, mesh.num_faces(), mesh.num_hinges(),
-                                               std::move(terms)),
+        std::make_shared<FieldParametrisation>(
+            base, mesh.num_faces(), mesh.num_hinges(),
+            NoiseTerms(mesh, scales.mean_sigma, SeedOfStream(seed, specimen) + sample)),
         specimens[specimen], options));
   }
   return all;

@@ -27,7 +27,6 @@ struct GaussianPosterior {
   // Columns of samples from columns of standard normal ones, shape [P, S].
   Eigen::MatrixXd Draws(const Eigen::MatrixXd& standard) const;
   Eigen::MatrixXd Covariance() const;
-  Eigen::VectorXd Deviations() const;  // square roots of its diagonal, shape [P]
   // KL(q ‖ N(0, 1)) = ½ Σ mean² + ½ Σ_{i>j} L_ij² + ½ Σ_i (L_ii² − 1 − ln L_ii²).
   double DivergenceFromPrior() const;
 };

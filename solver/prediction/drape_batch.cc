@@ -69,11 +69,7 @@ std::vector<RolloutInput> DrapeBatch::ListInputs() const {
 }
 
 RolloutOptions DrapeBatch::Steps(const std::atomic<bool>* cancel) const {
-  RolloutOptions steps;
-  steps.h = options_.h;
-  steps.steps = options_.steps;
-  steps.cancel = cancel;
-  return steps;
+  return {.h = options_.h, .steps = options_.steps, .cancel = cancel};
 }
 
 std::vector<int> DrapeBatch::ListFound() const {
@@ -95,9 +91,8 @@ void DrapeBatch::Run(const std::atomic<bool>* cancel) {
     }
     return;
   }
-  SettleOptions settle{.steps = Steps(cancel)};
-  settle.equilibrium.cancel = cancel;
-  auto drapes = Settle(backend_, ListInputs(), settle);
+  auto drapes =
+      Settle(backend_, ListInputs(), {.steps = Steps(cancel), .equilibrium = {.cancel = cancel}});
   for (int i = 0; i < size(); ++i) {
     EquilibriumResult& rest = drapes[i].rest;
     status_.emplace_back(drapes[i].steps == RolloutStatus::kOk ? ToString(rest.status)

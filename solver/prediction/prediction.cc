@@ -100,11 +100,8 @@ MaterialSource ElementwiseSamples(const StoredPosterior& posterior, const Mesh& 
   Eigen::VectorXd theta(2 * kMaterialEntries);
   theta << posterior.mean, posterior.element_sd;
   return [=, base = posterior.base](int specimen) {
-    std::vector<FieldTerm> terms = CommonTerms(*shared, 1.0);
-    for (FieldTerm& term : NoiseTerms(*shared, 1.0, SeedOfSpecimen(seed, specimen)))
-      terms.push_back(std::move(term));
     const FieldParametrisation field(base, shared->num_faces(), shared->num_hinges(),
-                                     std::move(terms));
+                                     NoiseTerms(*shared, 1.0, SeedOfSpecimen(seed, specimen)));
     return field.Material(theta);
   };
 }

@@ -282,7 +282,7 @@ class Trial {
     for (int i = 0; i < latents(); ++i)
       outcome_.ranks[family].push_back(
           static_cast<int>((samples.row(i).array() < true_u_[i]).count()));
-    outcome_.z[family] = (true_u_ - q.mean).cwiseQuotient(q.Deviations());
+    outcome_.z[family] = (true_u_ - q.mean).cwiseQuotient(q.Covariance().diagonal().cwiseSqrt());
   }
 
   const std::unique_ptr<Backend> backend_;

@@ -21,6 +21,32 @@ constexpr double kRoundTolerance = 1e-3;  // of all rounds but the last
 constexpr double kSoftening = 1.0 / 8, kLeastSoftening = 1e-3;
 constexpr double kNoDrape = std::numeric_limits<double>::infinity();
 
+// The root mean square of at least one number.
+double RootMeanSquare(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / double(values.size()));
+}
+
+// ½ Σ residual², prior included, from the misfit [px] of each observation's drape; none where the
+// strips of the laboratory measurements cannot be computed.
+std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
+                                  const FitCandidate& candidate,
+                                  const std::vector<double>& profile_rms) {
+  double squares = (candidate.theta / options.prior_sigma).squaredNorm();
+  for (std::size_t i = 0; i < profile_rms.size(); ++i)
+    squares += static_cast<double>(problem.observations[i].radius.size()) *
+               std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
+  if (problem.strips != nullptr) {
+    const TableParametrisation parametrisation(candidate.base, options.parameters);
+    Eigen::VectorXd residual;
+    if (!problem.strips->Clone().Evaluate(parametrisation, candidate.theta, &residual, nullptr))
+      return std::nullopt;
+    squares += residual.squaredNorm();
+  }
+  return 0.5 * squares;
+}
+
 }  // namespace
 
 void CandidateFitter::Log(CandidateTask& task, const char* format, auto... values) const {
@@ -224,29 +250,6 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kRoundTolerance;
   fit.trust_region.cancel = cancel_;
   return fit;
-}
-
-double RootMeanSquare(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / double(values.size()));
-}
-
-std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
-                                  const FitCandidate& candidate,
-                                  const std::vector<double>& profile_rms) {
-  double squares = (candidate.theta / options.prior_sigma).squaredNorm();
-  for (std::size_t i = 0; i < profile_rms.size(); ++i)
-    squares += static_cast<double>(problem.observations[i].radius.size()) *
-               std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
-  if (problem.strips != nullptr) {
-    const TableParametrisation parametrisation(candidate.base, options.parameters);
-    Eigen::VectorXd residual;
-    if (!problem.strips->Clone().Evaluate(parametrisation, candidate.theta, &residual, nullptr))
-      return std::nullopt;
-    squares += residual.squaredNorm();
-  }
-  return 0.5 * squares;
 }
 
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,

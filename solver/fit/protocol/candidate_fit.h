@@ -71,15 +71,6 @@ class CandidateFitter {
   int round_;
 };
 
-// ½ Σ residual², prior included, from the misfit [px] of each observation's drape; none where the
-// strips of the laboratory measurements cannot be computed.
-std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
-                                  const FitCandidate& candidate,
-                                  const std::vector<double>& profile_rms);
-
-// The root mean square of at least one number.
-double RootMeanSquare(const std::vector<double>& values);
-
 // Calls CandidateFitter::Jacobian on the problem's own backend.
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
                             const FitCandidate& candidate);

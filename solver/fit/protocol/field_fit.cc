@@ -146,7 +146,7 @@ std::vector<FieldTerm> CommonTerms(const Mesh& mesh, double sigma) {
 
 std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed) {
   std::mt19937_64 random(seed);
-  std::vector<FieldTerm> terms;
+  std::vector<FieldTerm> terms = CommonTerms(mesh, sigma);
   const auto add = [&](ElementKind kind, int elements, int entries) {
     for (int k = 0; k < entries; ++k) {
       Eigen::VectorXd noise(elements);

@@ -115,8 +115,8 @@ void VisitFields(Options& options, Visitor&& visit) {
 // One number for each of the 39 entries, the same for all elements: `sigma` its prior standard
 // deviation. 24 of the stretch, then 15 of the bend entries.
 std::vector<FieldTerm> CommonTerms(const Mesh& mesh, double sigma);
-// Standard normal noise of each element and entry, times one number for each of the 39 entries, in
-// units of `sigma` [METHODS, P33].
+// CommonTerms, then standard normal noise of each element and entry, times one number for each of
+// the 39 entries, in units of `sigma` [METHODS, P33].
 std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed);
 
 // The terms that vary over a mesh, beside the 39 factors of the whole cloth. Modes are those of one

@@ -31,13 +31,9 @@ struct Trial {
 std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
                              const Observation& observation, const std::vector<State>& starts,
                              const InitialGuessOptions& options, const std::atomic<bool>* cancel) {
-  std::vector<RolloutInput> inputs;
-  for (const State& start : starts) inputs.push_back({&material, &start});
-  RolloutOptions rollout;
-  rollout.h = options.time_step;
-  rollout.steps = options.steps;
-  rollout.cancel = cancel;
-  const std::vector<RolloutResult> results = coarse.Rollouts(inputs, rollout, nullptr);
+  const std::vector<RolloutResult> results =
+      coarse.Rollouts(MakeInputs(material, starts),
+                      {.h = options.time_step, .steps = options.steps, .cancel = cancel}, nullptr);
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].status != RolloutStatus::kOk) continue;

@@ -37,6 +37,9 @@ int CountSimpler(const FitProblem& problem) {
   return static_cast<int>(problem.simpler_models.size());
 }
 
+// Whether a part continues the candidates of the one before on a mesh of more vertices.
+bool IsOnFinerMesh(const FitProblem& problem, int part) { return part > CountSimpler(problem); }
+
 Backend* MeshOfPart(const FitProblem& problem, int part) {
   const std::size_t level = std::max(0, part - CountSimpler(problem));
   return level < problem.search.size() ? problem.search[level] : problem.fine;
@@ -57,6 +60,24 @@ std::string PartName(const FitProblem& problem, int part) {
 double ExpectTime(const FitProblem& problem, int part) {
   if (!IsOnFinerMesh(problem, part)) return 1.0;
   return kFinerShare * ExpectStepTime(CountVertices(problem, part), CountVertices(problem, 0));
+}
+
+// The parameters and rounds of a part. A part before one on a finer mesh keeps a few candidates to
+// its end, and that one has two rounds: of these, and of the best of them.
+StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part) {
+  StagedFitOptions own = options;
+  if (part < CountSimpler(problem)) own.parameters = problem.simpler_models[part].parameters;
+  if (problem.search.empty() || part < CountSimpler(problem)) return own;
+  const int carried = std::min(kCarried, options.candidates_per_round.front());
+  if (IsOnFinerMesh(problem, part)) {
+    const std::size_t rounds = options.iterations.size();
+    own.candidates_per_round = {carried, 1};
+    own.iterations = {options.iterations[rounds - std::min<std::size_t>(2, rounds)],
+                      options.iterations.back()};
+  }
+  if (part + 1 < CountParts(problem))
+    for (int& count : own.candidates_per_round) count = std::max(count, carried);
+  return own;
 }
 
 FitCandidate AsCarried(FitCandidate candidate) {
@@ -211,8 +232,6 @@ std::string NameFor(const TableModel& model) {
   return form + Format(", %d numbers", CountNumbers(model.parameters));
 }
 
-bool IsOnFinerMesh(const FitProblem& problem, int part) { return part > CountSimpler(problem); }
-
 int CountParts(const FitProblem& problem) {
   return CountSimpler(problem) + 1 + static_cast<int>(problem.search.size());
 }
@@ -226,22 +245,6 @@ FitProblem PartProblem(const FitProblem& problem, int part) {
   const TableForm form = problem.simpler_models[part].form;
   own.material = InForm(own.material, form);
   for (MaterialField& other : own.other_materials) other = InForm(other, form);
-  return own;
-}
-
-StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part) {
-  StagedFitOptions own = options;
-  if (part < CountSimpler(problem)) own.parameters = problem.simpler_models[part].parameters;
-  if (problem.search.empty() || part < CountSimpler(problem)) return own;
-  const int carried = std::min(kCarried, options.candidates_per_round.front());
-  if (IsOnFinerMesh(problem, part)) {
-    const std::size_t rounds = options.iterations.size();
-    own.candidates_per_round = {carried, 1};
-    own.iterations = {options.iterations[rounds - std::min<std::size_t>(2, rounds)],
-                      options.iterations.back()};
-  }
-  if (part + 1 < CountParts(problem))
-    for (int& count : own.candidates_per_round) count = std::max(count, carried);
   return own;
 }
 

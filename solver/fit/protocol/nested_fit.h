@@ -27,14 +27,8 @@ std::string NameFor(const TableModel& model);
 // The parts of a problem: its simpler_models on the first of its meshes (`search`, then `fine`),
 // its own model on that mesh, then on each of the others.
 int CountParts(const FitProblem& problem);
-// Whether a part continues the candidates of the one before on a mesh of more vertices.
-bool IsOnFinerMesh(const FitProblem& problem, int part);
 // One of them: its mesh is `fine`, its start tables have the form of its model.
 FitProblem PartProblem(const FitProblem& problem, int part);
-// Its parameters and rounds. A part before one on a finer mesh keeps a few candidates to its end,
-// and that one has two rounds: of these, and of the best of them.
-StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part);
-
 // Runs all parts from `state` on; returns the state of the last of them. A part begins with the
 // best candidate of the part before: a simpler model's tables become its base, about which its
 // prior is; on a finer mesh the same candidate continues, its drapes settled there. Where they

@@ -38,6 +38,26 @@ double Elapsed(int count, int threads, double each) {
 // drapes: 1.1 MB per image at 1,200 vertices, twice that during an evaluation.
 constexpr int kSideBySide = 64;
 
+// How many times the candidates of the first round are kept as guesses.
+constexpr int kSpareGuesses = 4;
+
+// The grid that is searched.
+InitialGuessOptions SearchedGrid(const StagedFitOptions& options) {
+  return Refined(options.grid, options.candidates_per_round.front());
+}
+
+// Candidates that the present round fits: in the first one more, where one is carried over.
+int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
+  return options.candidates_per_round[state.round] + (state.round == 0 && state.carried ? 1 : 0);
+}
+
+// The number of done candidates that have a result.
+int SucceededCandidates(const StagedFitState& state) {
+  return static_cast<int>(std::count_if(
+      state.candidates.begin(), state.candidates.end(),
+      [](const FitCandidate& candidate) { return candidate.done && candidate.valid(); }));
+}
+
 class StagedFitter {
  public:
   StagedFitter(const FitProblem& problem, const StagedFitOptions& options,
@@ -262,7 +282,7 @@ double FitWork::total() const {
 FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options) {
   const auto count = [](const auto& list) { return static_cast<int>(list.size()); };
   const int images = count(problem.observations), threads = problem.fine->threads();
-  const InitialGuessOptions grid = Refined(options.grid, options.candidates_per_round.front());
+  const InitialGuessOptions grid = SearchedGrid(options);
   const double coarse_step = ExpectStepTime(problem.coarse->model().mesh.num_vertices(),
                                             problem.fine->model().mesh.num_vertices());
   FitWork work;
@@ -295,19 +315,13 @@ void StagedFitOptions::Check() const {
   CHECK(!candidates_per_round.empty() && candidates_per_round.size() == iterations.size());
 }
 
-InitialGuessOptions SearchedGrid(const StagedFitOptions& options) {
-  return Refined(options.grid, options.candidates_per_round.front());
-}
-
 SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
   constexpr int kGuessNewtonFactor = 2;  // a guess starts further away than a trial
-  SettleOptions settle;
-  settle.steps.h = options.residuals.rollout.h;
-  settle.steps.steps = options.residuals.rollout.steps;
-  settle.solve_mode = options.residuals.solve_mode;
-  settle.equilibrium.max_iterations =
-      kGuessNewtonFactor * options.residuals.equilibrium.max_iterations;
-  return settle;
+  const OutlineResidualOptions& residuals = options.residuals;
+  return {
+      .steps = {.h = residuals.rollout.h, .steps = residuals.rollout.steps},
+      .solve_mode = residuals.solve_mode,
+      .equilibrium = {.max_iterations = kGuessNewtonFactor * residuals.equilibrium.max_iterations}};
 }
 
 std::vector<MaterialField> ListStartTables(const FitProblem& problem) {
@@ -324,10 +338,6 @@ MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate
   return TableParametrisation(candidate.base, options.parameters).Material(candidate.theta);
 }
 
-int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
-  return options.candidates_per_round[state.round] + (state.round == 0 && state.carried ? 1 : 0);
-}
-
 StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,
                             StagedFitState state, const StagedFitControl& control) {
   options.Check();
@@ -339,12 +349,6 @@ int DoneCandidates(const StagedFitState& state) {
   return static_cast<int>(
       std::count_if(state.candidates.begin(), state.candidates.end(),
                     [](const FitCandidate& candidate) { return candidate.done; }));
-}
-
-int SucceededCandidates(const StagedFitState& state) {
-  return static_cast<int>(std::count_if(
-      state.candidates.begin(), state.candidates.end(),
-      [](const FitCandidate& candidate) { return candidate.done && candidate.valid(); }));
 }
 
 const FitCandidate* Best(const StagedFitState& state) {

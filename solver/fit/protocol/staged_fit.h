@@ -84,12 +84,6 @@ void VisitFields(Options& options, Visitor&& visit) {
   VisitFields(grid, visit);
 }
 
-// How many times the candidates of the first round are kept as guesses.
-inline constexpr int kSpareGuesses = 4;
-
-// The grid that is searched.
-InitialGuessOptions SearchedGrid(const StagedFitOptions& options);
-
 // How an initial guess becomes a drape.
 SettleOptions MakeSettleOptions(const StagedFitOptions& options);
 
@@ -148,9 +142,6 @@ struct StagedFitState {
   double fit_seconds = 0.0;
 };
 
-// Candidates that the present round fits: in the first one more, where one is carried over.
-int CountWanted(const StagedFitOptions& options, const StagedFitState& state);
-
 // The notes of progress are the stage and the best misfit so far: "round 1, best 1.23 px". All
 // functions are called on the thread of RunStagedFit, in an order that does not depend on timing.
 struct StagedFitControl : RunControl {
@@ -193,9 +184,6 @@ StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& o
 
 // The number of candidates of the present round that are done.
 int DoneCandidates(const StagedFitState& state);
-
-// The number of done candidates that have a result.
-int SucceededCandidates(const StagedFitState& state);
 
 // The valid candidate of least cost, or nullptr.
 const FitCandidate* Best(const StagedFitState& state);

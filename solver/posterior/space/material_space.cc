@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr double kLogRounding = 1e-6;
 // Standard deviation of a table that is known, in log units.
 constexpr double kPointDeviation = 1e-6;
+constexpr int kMostComponents = 4;  // of a population
 
 // The entries as they count: by drape those of a cloth of that density.
 MaterialField AtDensity(const MaterialField& table, SpaceBy by, double density) {
@@ -135,6 +136,23 @@ DeterminedDirections FindDirections(const SpaceFrame& frame, const Eigen::Matrix
   return FindDetermined(covariance, n);
 }
 
+// The belief in the coordinates z.
+NormalDistribution BeliefAt(const SpaceFrame& frame, const FabricBelief& fabric,
+                            BeliefLevel level) {
+  NormalDistribution theta = fabric.theta;
+  if (level == BeliefLevel::kSpecimen) {
+    Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kMaterialEntries, 2);
+    both.col(0).head(kStretchEntries).setOnes();
+    both.col(1).tail(kBendEntries).setOnes();
+    const Eigen::MatrixXd tie = TyingMatrix(frame.tying);
+    for (int part = 0; part < 2; ++part) {
+      const Eigen::VectorXd axis = MeanLogFactors(tie, both.col(part)) * fabric.specimen_sd[part];
+      theta.covariance += axis * axis.transpose();
+    }
+  }
+  return frame.ToPriorUnits(theta);
+}
+
 PairDistances ComparePair(const FabricBeliefs& beliefs, int first, int second) {
   const SpaceFrame& frame = beliefs.frame;
   const FabricBelief &a = beliefs.fabrics[first], &b = beliefs.fabrics[second];
@@ -172,13 +190,6 @@ void CompareFabrics(MaterialSpace* space) {
         pair.directions > 0 ? pair.determined.back().hellinger
                             : std::numeric_limits<double>::quiet_NaN();
   }
-}
-
-std::vector<NormalDistribution> AllEvidence(const MaterialSpace& space) {
-  std::vector<NormalDistribution> evidence;
-  for (const FabricBelief& fabric : space.beliefs.fabrics)
-    evidence.push_back(Evidence(space.beliefs.frame, fabric, space.leading.axes));
-  return evidence;
 }
 
 // p-values are those of exchangeable scores: a material that is as the fabrics are has each rank
@@ -245,7 +256,9 @@ void FindPopulation(MaterialSpace* space) {
   const int most = std::min<int>({kMostLeading, space->determined, std::max(1, (count - 1) / 2)});
   if (space->beliefs.frame.kind == PosteriorKind::kElements || most == 0) return;
   space->leading = {space->directions.axes.leftCols(most), space->directions.ratios.head(most)};
-  const std::vector<NormalDistribution> evidence = AllEvidence(*space);
+  std::vector<NormalDistribution> evidence;
+  for (const FabricBelief& fabric : space->beliefs.fabrics)
+    evidence.push_back(Evidence(space->beliefs.frame, fabric, space->leading.axes));
   space->choice = ChooseComponents(evidence, kMostComponents);
   space->population = Deconvolve(evidence, space->choice.components);
   space->prior = MakePrior(*space);
@@ -275,6 +288,46 @@ MaterialField PaperTable() {
   for (double& entry : std::span(paper.bend[0].entries(), kBendEntries))
     entry = kBendPerRigidity * kRigidity;
   return paper;
+}
+
+// Whether the numbers of the frame can make a table from its base.
+bool CanRepresent(const SpaceFrame& frame, const MaterialField& table) {
+  try {
+    frame.LogFactors(table, "");
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+// Materials that are no fabrics, as points: paper, and the median table of the fabrics with its
+// stretch × 100, with one isotropic rigidity of 1e-4 N·m, and with a ratio of 30 between warp and
+// weft; but those that have no log factors on the base.
+std::vector<FabricBelief> MakeNonFabrics(const FabricBeliefs& beliefs) {
+  constexpr double kStretch = 100.0, kRigidity = 1e-4, kRatio = 30.0;
+  const SpaceFrame& frame = beliefs.frame;
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(frame.size());
+  double log_density = 0.0;
+  for (const FabricBelief& fabric : beliefs.fabrics) {
+    theta += fabric.theta.mean / double(beliefs.fabrics.size());
+    log_density += std::log(fabric.density) / double(beliefs.fabrics.size());
+  }
+  const MaterialField median = frame.Table(theta, std::exp(log_density));
+  MaterialField stiff = Scaled(median, kStretch, 1.0), isotropic = median, ratio = median;
+  for (double& entry : std::span(isotropic.bend[0].entries(), kBendEntries))
+    entry = kBendPerRigidity * kRigidity;
+  for (int k = 0; k < kBendCols; ++k) {
+    ratio.bend[0].b[0][k] *= std::sqrt(kRatio);
+    ratio.bend[0].b[2][k] /= std::sqrt(kRatio);
+  }
+  std::vector<FabricBelief> all;
+  const std::pair<const char*, MaterialField> named[] = {{"paper", PaperTable()},
+                                                         {"stretch x 100", stiff},
+                                                         {"isotropic bend 1e-4 N m", isotropic},
+                                                         {"bend ratio 30", ratio}};
+  for (const auto& [name, table] : named)
+    if (CanRepresent(frame, table)) all.push_back(AsPoint(frame, name, table));
+  return all;
 }
 
 }  // namespace
@@ -332,15 +385,6 @@ Eigen::VectorXd SpaceFrame::LogFactors(const MaterialField& table, const std::st
   return theta;
 }
 
-bool SpaceFrame::CanRepresent(const MaterialField& table) const {
-  try {
-    LogFactors(table, "");
-  } catch (const InputError&) {
-    return false;
-  }
-  return true;
-}
-
 MaterialField SpaceFrame::Table(const Eigen::VectorXd& theta, double density) const {
   const MaterialField table = TableParametrisation(base, tying).Material(theta);
   if (by == SpaceBy::kDrape) return AtDensity(table, by, density);
@@ -357,22 +401,6 @@ NormalDistribution SpaceFrame::ToPriorUnits(const NormalDistribution& theta) con
 
 NormalDistribution SpaceFrame::FromPriorUnits(const NormalDistribution& z) const {
   return {prior_root * z.mean, prior_root * z.covariance * prior_root.transpose()};
-}
-
-NormalDistribution BeliefAt(const SpaceFrame& frame, const FabricBelief& fabric,
-                            BeliefLevel level) {
-  NormalDistribution theta = fabric.theta;
-  if (level == BeliefLevel::kSpecimen) {
-    Eigen::MatrixXd both = Eigen::MatrixXd::Zero(kMaterialEntries, 2);
-    both.col(0).head(kStretchEntries).setOnes();
-    both.col(1).tail(kBendEntries).setOnes();
-    const Eigen::MatrixXd tie = TyingMatrix(frame.tying);
-    for (int part = 0; part < 2; ++part) {
-      const Eigen::VectorXd axis = MeanLogFactors(tie, both.col(part)) * fabric.specimen_sd[part];
-      theta.covariance += axis * axis.transpose();
-    }
-  }
-  return frame.ToPriorUnits(theta);
 }
 
 FabricBeliefs ReadFabricBeliefs(const std::vector<std::string>& folders, SpaceBy by) {
@@ -402,15 +430,10 @@ FabricBeliefs ReadFabricBeliefs(const std::vector<std::string>& folders, SpaceBy
 
 FabricBelief ReadFabricBelief(const SpaceFrame& frame, const std::string& path) {
   if (!fs::is_directory(path)) {
-    const MaterialField table = ReadMaterial(path).field;
-    const int n = frame.size();
-    FabricBelief belief{.name = LastName(path),
-                        .folder = path,
-                        .density = table.density,
-                        .theta = {},
-                        .centre = Eigen::VectorXd::Zero(n)};
-    belief.theta = {frame.LogFactors(table, path),
-                    kPointDeviation * kPointDeviation * Eigen::MatrixXd::Identity(n, n)};
+    FabricBelief belief = AsPoint(frame, path, ReadMaterial(path).field);
+    belief.name = LastName(path);
+    belief.folder = path;
+    belief.centre.setZero();
     return belief;
   }
   const StoredPosterior posterior = ReadOne(path);
@@ -428,33 +451,6 @@ NormalDistribution Evidence(const SpaceFrame& frame, const FabricBelief& fabric,
   const NormalDistribution z = frame.ToPriorUnits(fabric.theta);
   const NormalDistribution centre = frame.ToPriorUnits({fabric.centre, fabric.theta.covariance});
   return WithoutPrior(Project(z, axes), axes.transpose() * centre.mean);
-}
-
-std::vector<FabricBelief> MakeNonFabrics(const FabricBeliefs& beliefs) {
-  constexpr double kStretch = 100.0, kRigidity = 1e-4, kRatio = 30.0;
-  const SpaceFrame& frame = beliefs.frame;
-  Eigen::VectorXd theta = Eigen::VectorXd::Zero(frame.size());
-  double log_density = 0.0;
-  for (const FabricBelief& fabric : beliefs.fabrics) {
-    theta += fabric.theta.mean / double(beliefs.fabrics.size());
-    log_density += std::log(fabric.density) / double(beliefs.fabrics.size());
-  }
-  const MaterialField median = frame.Table(theta, std::exp(log_density));
-  MaterialField stiff = Scaled(median, kStretch, 1.0), isotropic = median, ratio = median;
-  for (double& entry : std::span(isotropic.bend[0].entries(), kBendEntries))
-    entry = kBendPerRigidity * kRigidity;
-  for (int k = 0; k < kBendCols; ++k) {
-    ratio.bend[0].b[0][k] *= std::sqrt(kRatio);
-    ratio.bend[0].b[2][k] /= std::sqrt(kRatio);
-  }
-  std::vector<FabricBelief> all;
-  const std::pair<const char*, MaterialField> named[] = {{"paper", PaperTable()},
-                                                         {"stretch x 100", stiff},
-                                                         {"isotropic bend 1e-4 N m", isotropic},
-                                                         {"bend ratio 30", ratio}};
-  for (const auto& [name, table] : named)
-    if (frame.CanRepresent(table)) all.push_back(AsPoint(frame, name, table));
-  return all;
 }
 
 NormalDistribution LogBendingLengths(const SpaceFrame& frame, const FabricBelief& fabric) {

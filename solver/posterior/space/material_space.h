@@ -50,7 +50,6 @@ struct SpaceFrame {
   // θ of a table. Throws InputError (prefix `where`) where the numbers cannot make it from the
   // base.
   Eigen::VectorXd LogFactors(const MaterialField& table, const std::string& where) const;
-  bool CanRepresent(const MaterialField& table) const;  // whether LogFactors does not throw
   // The table of θ for a fabric of that density [kg/m²], which entries by drape are in proportion
   // to; by weight it is passed on.
   MaterialField Table(const Eigen::VectorXd& theta, double density) const;
@@ -66,8 +65,6 @@ struct FabricBelief {
   // Standard deviations of a specimen's log factors on all stretch and on all bend entries.
   Eigen::Vector2d specimen_sd = Eigen::Vector2d::Zero();
 };
-// The belief in the coordinates z.
-NormalDistribution BeliefAt(const SpaceFrame& frame, const FabricBelief& fabric, BeliefLevel level);
 
 // The last parts of the folders where they differ, otherwise their paths without the parts at the
 // beginning and at the end that all have in common: "fabric_3" of "out/fabric_3/sample_1".
@@ -139,7 +136,7 @@ struct MaterialSpace {
   NormalMixture population = {};
   ComponentChoice choice = {};
   std::vector<JudgedMaterial> left_out = {};     // each fabric, by the others
-  std::vector<JudgedMaterial> non_fabrics = {};  // invented ones (MakeNonFabrics)
+  std::vector<JudgedMaterial> non_fabrics = {};  // invented ones
   std::vector<JudgedMaterial> added = {};
   std::vector<FabricBelief> added_beliefs = {};
   // The prior of another fabric's θ: the population in the leading directions, the prior of the
@@ -149,15 +146,9 @@ struct MaterialSpace {
   bool has_population() const { return population.size() > 0; }
 };
 inline constexpr int kMostLeading = 6;
-inline constexpr int kMostComponents = 4;
 
 // added: further materials (ReadFabricBelief), judged but no part of the space.
 MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, std::vector<FabricBelief> added);
-
-// Materials that are no fabrics, as points: paper, and the median table of the fabrics with its
-// stretch × 100, with one isotropic rigidity of 1e-4 N·m, and with a ratio of 30 between warp and
-// weft; but those that have no log factors on the base.
-std::vector<FabricBelief> MakeNonFabrics(const FabricBeliefs& beliefs);
 
 // What the data alone say of a fabric in some directions in z (WithoutPrior).
 NormalDistribution Evidence(const SpaceFrame& frame, const FabricBelief& fabric,

@@ -24,13 +24,9 @@ constexpr char kSpaceFormat[] = "drapefit-space";
 constexpr int kSpaceVersion = 1;
 constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
 
-std::vector<double> Numbers(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
 ordered_json Rows(const Eigen::MatrixXd& matrix) {
   ordered_json rows = ordered_json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(Numbers(matrix.row(i)));
+  for (const auto& row : matrix.rowwise()) rows.push_back(row);
   return rows;
 }
 
@@ -42,16 +38,14 @@ std::vector<std::string> Names(const SpaceFrame& frame) {
 
 // Writes the convention of the tables, so that they read back to the last bit.
 ordered_json BaseJson(const MaterialField& base) {
-  using Stretch = Eigen::Matrix<double, kStretchRows, kStretchCols, Eigen::RowMajor>;
-  using Bend = Eigen::Matrix<double, kBendRows, kBendCols, Eigen::RowMajor>;
   return {{"convention", "arcsim"},
           {"density", base.density},
-          {"stretch", Rows(Eigen::Map<const Stretch>(base.stretch[0].entries()))},
-          {"bend", Rows(Eigen::Map<const Bend>(base.bend[0].entries()))}};
+          {"stretch", base.stretch[0].c},
+          {"bend", base.bend[0].b}};
 }
 
 ordered_json DistributionJson(const NormalDistribution& p) {
-  return {{"mean", Numbers(p.mean)}, {"covariance", Rows(p.covariance)}};
+  return {{"mean", p.mean}, {"covariance", Rows(p.covariance)}};
 }
 
 ordered_json FabricsJson(const MaterialSpace& space) {
@@ -61,9 +55,9 @@ ordered_json FabricsJson(const MaterialSpace& space) {
     fabrics.push_back({{"name", fabric.name},
                        {"folder", fabric.folder},
                        {"density", fabric.density},
-                       {"mean", Numbers(fabric.theta.mean)},
-                       {"sd", Numbers(fabric.theta.covariance.diagonal().cwiseSqrt())},
-                       {"specimen_sd", Numbers(fabric.specimen_sd)},
+                       {"mean", fabric.theta.mean},
+                       {"sd", fabric.theta.covariance.diagonal().cwiseSqrt()},
+                       {"specimen_sd", fabric.specimen_sd},
                        {"determined", DistributionJson(space.fabrics[i])}});
   }
   return fabrics;
@@ -77,8 +71,8 @@ ordered_json JudgedJson(const std::vector<JudgedMaterial>& materials) {
                     {"p_value", each.p_value},
                     {"log_mixture", each.log_mixture},
                     {"probability_of_fabrics", each.by_fabric},
-                    {"place", Numbers(each.place)},
-                    {"determined", Numbers(each.determined)}});
+                    {"place", each.place},
+                    {"determined", each.determined}});
   return list;
 }
 
@@ -103,7 +97,7 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
     components.back().update(DistributionJson(space.population.components[k]));
   }
   (*file)["population"] = {{"directions_of_prior_units", Rows(space.leading.axes.transpose())},
-                           {"ratios", Numbers(space.leading.ratios)},
+                           {"ratios", space.leading.ratios},
                            {"log_likelihood_by_components", space.choice.log_likelihoods},
                            {"components", components}};
   (*file)["left_out"] = JudgedJson(space.left_out);
@@ -122,7 +116,7 @@ ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenanc
                        {"base", BaseJson(frame.base)},
                        {"prior_of_fits", Rows(frame.prior_root * frame.prior_root.transpose())},
                        {"fabrics", FabricsJson(space)},
-                       {"determined", {{"ratios", Numbers(space.directions.ratios)}}},
+                       {"determined", {{"ratios", space.directions.ratios}}},
                        {"wasserstein", Rows(space.wasserstein)},
                        {"hellinger", Rows(space.hellinger)},
                        {"log_bending_lengths", BendingLengthsJson(space)}};
@@ -166,7 +160,7 @@ std::string DistancesCsv(const MaterialSpace& space) {
 
 ParameterTying ReadTying(const JsonInput& names) {
   const int count = names.ExpectArray().Size();
-  for (const ParameterTying tying : kParameterTyings)
+  for (const auto& [tying, unused] : EnumNames(ParameterTying{}))
     if (TyingMatrix(tying).cols() == count) return tying;
   names.Fail("names of 1, 2, 3, 7 or 39 log factors");
 }

@@ -42,16 +42,13 @@ double RigidityInDrape(const BendTable& table, const Eigen::VectorXd& weights, i
 
 using Json = nlohmann::ordered_json;
 
-struct Spread {
+double SampleVariance(const std::vector<double>& values) {
   double mean = 0.0, variance = 0.0;
-};
-Spread MeasureSpread(const std::vector<double>& values) {
-  Spread spread;
-  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
+  for (const double value : values) mean += value / static_cast<double>(values.size());
   for (const double value : values)
-    spread.variance += (value - spread.mean) * (value - spread.mean) /
-                       static_cast<double>(std::max<size_t>(1, values.size() - 1));
-  return spread;
+    variance += (value - mean) * (value - mean) /
+                static_cast<double>(std::max<size_t>(1, values.size() - 1));
+  return variance;
 }
 
 using Linearise = std::function<LinearFabric(const MaterialField&)>;
@@ -81,10 +78,10 @@ void AddUncertainty(const StoredPosterior& posterior, const RecordOptions& optio
   for (size_t i = 0; i < numbers->size(); ++i) {
     const auto value = LinearNumbers()[i].value;
     RecordedNumber& number = (*numbers)[i];
-    number.sd = std::sqrt(MeasureSpread(Values(after, value, false)).variance);
+    number.sd = std::sqrt(SampleVariance(Values(after, value, false)));
     if (!(number.value > 0.0)) continue;  // a zero stays zero: no logarithm
-    const double prior = MeasureSpread(Values(before, value, true)).variance,
-                 left = MeasureSpread(Values(after, value, true)).variance;
+    const double prior = SampleVariance(Values(before, value, true)),
+                 left = SampleVariance(Values(after, value, true));
     number.share_removed = prior > 0.0 ? std::max(0.0, 1.0 - left / prior) : 0.0;
   }
 }

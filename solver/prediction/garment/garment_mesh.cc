@@ -2,6 +2,7 @@
 #include "solver/prediction/garment/garment_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -96,6 +97,12 @@ std::vector<Vector2d> ScatterInside(const Border& border, double edge) {
   return points;
 }
 
+struct PanelMesh {
+  Eigen::Matrix2Xd points;                    // [m], shape [2, V]
+  std::vector<std::array<int, 3>> triangles;  // counter-clockwise
+  std::vector<std::vector<int>> edges;        // the vertices of each edge, both ends included
+};
+
 // Turns the numbering into that of a space-filling curve.
 void Renumber(PanelMesh* mesh) {
   const std::vector<int> order = SpatialOrder(mesh->points);
@@ -120,6 +127,32 @@ void CheckMesh(const PanelMesh& mesh, const std::string& name, const std::string
     throw InputError(where, "found panel '" + MakePrintableLine(name) +
                                 "' too narrow somewhere for triangles of this size, expected "
                                 "shorter edges");
+}
+
+// One panel with segments[e] equal segments on edge e and triangle edges of about `edge` [m]
+// inside. Throws InputError that names `where` and the panel when they are too long for it.
+PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge,
+                        const std::string& where) {
+  const Border border = DivideBorder(panel, segments);
+  const std::vector<Vector2d> inside = ScatterInside(border, edge);
+  const int first_inside = static_cast<int>(border.points.size());
+  PanelMesh mesh;
+  mesh.edges = border.edges;
+  mesh.points.resize(2, first_inside + inside.size());
+  for (int i = 0; i < first_inside; ++i) mesh.points.col(i) = border.points[i];
+  for (size_t i = 0; i < inside.size(); ++i) mesh.points.col(first_inside + i) = inside[i];
+  for (int step = 0; step < kRelaxationSteps; ++step)
+    MoveToCentroids(Triangulate(mesh.points, border.segments), first_inside, mesh.points);
+  for (const auto& t : Triangulate(mesh.points, border.segments)) {
+    const Vector2d a = mesh.points.col(t[0]), b = mesh.points.col(t[1]), c = mesh.points.col(t[2]);
+    const Vector2d u = b - a, v = c - a;
+    // Rounding bends straight edges, so that triangles without area lie along them.
+    const bool empty = u.x() * v.y() - u.y() * v.x() < kLeastArea * edge * edge;
+    if (!empty && Contains(border, (a + b + c) / 3)) mesh.triangles.push_back(t);
+  }
+  CheckMesh(mesh, panel.name, where);
+  Renumber(&mesh);
+  return mesh;
 }
 
 constexpr double kLeastEdge = .002, kMostEdge = .1;  // [m]
@@ -285,30 +318,6 @@ Scene Falling() {
 }
 
 }  // namespace
-
-PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge,
-                        const std::string& where) {
-  const Border border = DivideBorder(panel, segments);
-  const std::vector<Vector2d> inside = ScatterInside(border, edge);
-  const int first_inside = static_cast<int>(border.points.size());
-  PanelMesh mesh;
-  mesh.edges = border.edges;
-  mesh.points.resize(2, first_inside + inside.size());
-  for (int i = 0; i < first_inside; ++i) mesh.points.col(i) = border.points[i];
-  for (size_t i = 0; i < inside.size(); ++i) mesh.points.col(first_inside + i) = inside[i];
-  for (int step = 0; step < kRelaxationSteps; ++step)
-    MoveToCentroids(Triangulate(mesh.points, border.segments), first_inside, mesh.points);
-  for (const auto& t : Triangulate(mesh.points, border.segments)) {
-    const Vector2d a = mesh.points.col(t[0]), b = mesh.points.col(t[1]), c = mesh.points.col(t[2]);
-    const Vector2d u = b - a, v = c - a;
-    // Rounding bends straight edges, so that triangles without area lie along them.
-    const bool empty = u.x() * v.y() - u.y() * v.x() < kLeastArea * edge * edge;
-    if (!empty && Contains(border, (a + b + c) / 3)) mesh.triangles.push_back(t);
-  }
-  CheckMesh(mesh, panel.name, where);
-  Renumber(&mesh);
-  return mesh;
-}
 
 GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge, const std::string& where) {
   CheckSize(pattern, edge, where);

@@ -133,13 +133,10 @@ struct Checkpoint {
   GarmentRun run;
 
   nlohmann::json ToJson(const nlohmann::json& key) const {
-    const auto list = [](const Eigen::VectorXd& v) {
-      return std::vector<double>(v.begin(), v.end());
-    };
     return {{"settings", key},
             {"frame", frame},
-            {"x", list(state.x)},
-            {"v", list(state.v)},
+            {"x", state.x},
+            {"v", state.v},
             {"body_intersections", run.body_intersections},
             {"self_intersections", run.self_intersections},
             {"newton_steps", run.newton_steps},
@@ -203,7 +200,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
-  body_ = ParseBody(spec.body, pattern_.arm_angle, {.frames_per_second = spec.body_fps});
+  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_fps);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
   ChooseSteps(&spec_);

@@ -304,10 +304,8 @@ void WritePool(const std::string& path, const DrapePool& pool) {
   for (const PooledDrape& drape : pool.drapes) {
     std::vector<int64_t> radius;
     for (const double r : drape.shape.radius) radius.push_back(std::llround(r / kRadiusUnit));
-    drapes.push_back({{"numbers", std::vector<double>(drape.numbers.begin(), drape.numbers.end())},
-                      {"features", std::vector<double>(drape.shape.features.begin(),
-                                                       drape.shape.features.end())},
-                      {"radius_um", radius}});
+    drapes.push_back(
+        {{"numbers", drape.numbers}, {"features", drape.shape.features}, {"radius_um", radius}});
   }
   WriteStoredJson(path, kPoolFormat,
                   {{"mesh", pool.mesh},

@@ -89,11 +89,6 @@ MaterialField MakeField(const std::string& model, MaterialField field, const Mes
   return field;
 }
 
-std::shared_ptr<const ClothModel> MakeClothModelFor(const std::string& mesh, const Law& law) {
-  return std::make_shared<ClothModel>(
-      ParseMeshSpec(mesh, {.round_to_float = !law.rejects_negative_entries()}), CusickScene(), law);
-}
-
 Eigen::VectorXd LossObservation() {
   return Eigen::VectorXd::Constant(kBenchAngles, kBenchLossRadius * Camera().pixels_per_metre());
 }
@@ -104,6 +99,11 @@ constexpr int kPreStartSteps = 20;
 constexpr char kNoDerivative[] = "no derivative";
 
 }  // namespace
+
+std::shared_ptr<const ClothModel> MakeBenchModel(const std::string& mesh, const Law& law) {
+  return std::make_shared<ClothModel>(
+      ParseMeshSpec(mesh, {.round_to_float = !law.rejects_negative_entries()}), CusickScene(), law);
+}
 
 int BenchSetting::steps() const {
   return std::max(1, static_cast<int>(std::lround(relax_time / h)));
@@ -195,16 +195,13 @@ SettingSolver::SettingSolver(const BenchSetting& setting, const BenchProblem& pr
                              const std::atomic<bool>* cancel)
     : setting_(setting), problem_(problem), cancel_(cancel) {
   const Law law = MakeLaw(setting.law);
-  const auto model = MakeClothModelFor(setting.mesh, law);
-  const MaterialField homo =
-      ReadMaterial(setting.material, {law.rejects_negative_entries() ? NegativeEntries::kReject
-                                                                     : NegativeEntries::kWarn})
-          .field;
+  const auto model = MakeBenchModel(setting.mesh, law);
+  const MaterialField homo = ReadMaterial(setting.material, ReadingPolicy(law)).field;
   material_ = MakeField(setting.model, homo, model->mesh);
   backend_ = MakeBackend(setting.backend, model, setting.threads);
   readout_ = std::make_unique<OutlineReadout>(mesh(), std::vector<Camera>{Camera()}, kBenchAngles);
   if (setting.integrator != "static") return;
-  const auto coarse = MakeClothModelFor(problem.coarse_mesh, law);
+  const auto coarse = MakeBenchModel(problem.coarse_mesh, law);
   coarse_material_ = MakeField(setting.model, homo, coarse->mesh);
   coarse_ = MakeBackend(setting.backend, coarse, 1);
   from_coarse_ = InterpolationWeights(coarse->mesh, mesh().uv, Extrapolation::kLinear);
@@ -216,19 +213,13 @@ State SettingSolver::Seed(const Mesh& mesh) const {
 }
 
 RolloutOptions SettingSolver::Steps() const {
-  RolloutOptions steps;
-  steps.h = setting_.h;
-  steps.steps = setting_.steps();
-  steps.cancel = cancel_;
-  return steps;
+  return {.h = setting_.h, .steps = setting_.steps(), .cancel = cancel_};
 }
 
 SettleOptions SettingSolver::Settling() const {
-  SettleOptions settling{.steps = Steps()};
-  settling.solve_mode = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
-  settling.equilibrium.tolerance = setting_.tolerance;
-  settling.equilibrium.cancel = cancel_;
-  return settling;
+  return {.steps = Steps(),
+          .solve_mode = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic,
+          .equilibrium = {.tolerance = setting_.tolerance, .cancel = cancel_}};
 }
 
 std::vector<RolloutInput> SettingSolver::Batch(const State& state) const {

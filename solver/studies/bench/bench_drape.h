@@ -82,6 +82,9 @@ bool IsDistribution(const BenchSetting& setting);
 // runs of one name: a value that is given twice, or two files of one name.
 std::vector<BenchSetting> ListRuns(BenchWork work, const BenchAxes& axes);
 
+// The cloth of a mesh in the drape test, as the law takes it.
+std::shared_ptr<const ClothModel> MakeBenchModel(const std::string& mesh, const Law& law);
+
 // Times of equal runs [s].
 struct RunTimes {
   std::vector<double> wall;

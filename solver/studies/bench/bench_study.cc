@@ -90,6 +90,69 @@ FitData MakeData(const BenchSetting& setting, FitData data) {
   return data;
 }
 
+// Reads all that the fit will read. Throws InputError for a file or a setting that a fit cannot
+// have.
+void CheckBenchFit(const BenchSetting& setting, const FitBenchOptions& options) {
+  if (setting.integrator == "hybrid")
+    throw InputError("axis 'solve'", "found hybrid, expected dynamic or static for a fit");
+  if (setting.integrator == "dynamic" && setting.model != "homogeneous")
+    throw InputError("axis 'solve'",
+                     "found dynamic with model " + setting.model + ", expected static");
+  if (IsDistribution(setting) && setting.draws % 2 != 0)
+    throw InputError("axis 'draws'",
+                     "found " + std::to_string(setting.draws) + ", expected an even number");
+  for (const std::string& image : options.held_out)
+    ReadHeldOut(image, options.spec.observation.camera, FindDiscs({}, {image}));
+  if (options.ground_truth) {
+    ReadMaterial(options.ground_truth->material, {NegativeEntries::kWarn});
+    ParseMeshSpec(options.ground_truth->mesh);
+    return;
+  }
+  FitSpec spec = MakeSpec(setting, options.spec);
+  spec.backend = "cpu";  // a device that this process opens is lost to those that it forks
+  ReadFitInput(spec, MakeData(setting, options.data));
+}
+
+// Writes the silhouette of a drape as a PNG. Throws InputError where there is no drape.
+void DrawGroundTruth(const BenchSetting& setting, const BenchProblem& problem,
+                     const std::string& path) {
+  SettingSolver solver(setting, problem, nullptr);
+  const BenchDrape drape = solver.Run(BenchWork::kForward);
+  if (drape.status != "ok")
+    throw InputError("option 'ground_truth'",
+                     "no silhouette: " + drape.status + ", expected a drape");
+  constexpr int kSupersample = 4;
+  WritePng(Rasterize(solver.mesh(), drape.x, Camera(), kSupersample), path);
+}
+
+// Runs one fit in this process with its files in an empty `folder`: seconds, and errors from its
+// summary.json, after it has settled.
+json RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
+                 const std::string& folder, const std::atomic<bool>* cancel) {
+  fs::remove_all(folder);  // of a run that was stopped
+  fs::create_directories(folder);
+  FitJobResult fit;
+  const RunTimes times = TimeRuns(
+      [&] {
+        fit = RunFitJob(
+            MakeSpec(setting, options.spec), MakeData(setting, options.data),
+            {.out = folder, .checkpoint = folder + "/checkpoint.json", .log = folder + "/fit.log"},
+            {.cancel = cancel});
+      },
+      1, 0.0);
+  json result = {{"status", fit.fitted ? "ok" : "nothing fitted"},
+                 {"seconds", times.wall.front()},
+                 {"cpu_seconds", times.cpu.front()},
+                 {"repeats", 1},
+                 {"vertices", ParseMeshSpec(setting.mesh).num_vertices()}};
+  if (!fit.fitted) return result;
+  result.update(ReadScores(folder));
+  if (!options.held_out.empty())
+    result["held_out_mse"] =
+        HeldOutScore(folder, options.held_out, options.spec.observation.camera);
+  return result;
+}
+
 // Work of a run in steps of a cloth of one vertex, for the time left.
 double GuessWork(const BenchSetting& setting) {
   constexpr double kNewtonSteps = 40.0, kGrowth = 1.4;
@@ -236,64 +299,6 @@ class Bench {
 };
 
 }  // namespace
-
-void CheckBenchFit(const BenchSetting& setting, const FitBenchOptions& options) {
-  if (setting.integrator == "hybrid")
-    throw InputError("axis 'solve'", "found hybrid, expected dynamic or static for a fit");
-  if (setting.integrator == "dynamic" && setting.model != "homogeneous")
-    throw InputError("axis 'solve'",
-                     "found dynamic with model " + setting.model + ", expected static");
-  if (IsDistribution(setting) && setting.draws % 2 != 0)
-    throw InputError("axis 'draws'",
-                     "found " + std::to_string(setting.draws) + ", expected an even number");
-  for (const std::string& image : options.held_out)
-    ReadHeldOut(image, options.spec.observation.camera, FindDiscs({}, {image}));
-  if (options.ground_truth) {
-    ReadMaterial(options.ground_truth->material, {NegativeEntries::kWarn});
-    ParseMeshSpec(options.ground_truth->mesh);
-    return;
-  }
-  FitSpec spec = MakeSpec(setting, options.spec);
-  spec.backend = "cpu";  // a device that this process opens is lost to those that it forks
-  ReadFitInput(spec, MakeData(setting, options.data));
-}
-
-void DrawGroundTruth(const BenchSetting& setting, const BenchProblem& problem,
-                     const std::string& path) {
-  SettingSolver solver(setting, problem, nullptr);
-  const BenchDrape drape = solver.Run(BenchWork::kForward);
-  if (drape.status != "ok")
-    throw InputError("option 'ground_truth'",
-                     "no silhouette: " + drape.status + ", expected a drape");
-  constexpr int kSupersample = 4;
-  WritePng(Rasterize(solver.mesh(), drape.x, Camera(), kSupersample), path);
-}
-
-json RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
-                 const std::string& folder, const std::atomic<bool>* cancel) {
-  fs::remove_all(folder);  // of a run that was stopped
-  fs::create_directories(folder);
-  FitJobResult fit;
-  const RunTimes times = TimeRuns(
-      [&] {
-        fit = RunFitJob(
-            MakeSpec(setting, options.spec), MakeData(setting, options.data),
-            {.out = folder, .checkpoint = folder + "/checkpoint.json", .log = folder + "/fit.log"},
-            {.cancel = cancel});
-      },
-      1, 0.0);
-  json result = {{"status", fit.fitted ? "ok" : "nothing fitted"},
-                 {"seconds", times.wall.front()},
-                 {"cpu_seconds", times.cpu.front()},
-                 {"repeats", 1},
-                 {"vertices", ParseMeshSpec(setting.mesh).num_vertices()}};
-  if (!fit.fitted) return result;
-  result.update(ReadScores(folder));
-  if (!options.held_out.empty())
-    result["held_out_mse"] =
-        HeldOutScore(folder, options.held_out, options.spec.observation.camera);
-  return result;
-}
 
 Study MakeBenchStudy(const BenchJob& job) {
   const auto bench = std::make_shared<Bench>(job);

@@ -24,16 +24,6 @@ void CheckSpeeds(const JsonInput& row, const char* key, int count) {
   for (int i = 0; i < count; ++i) row.At(key).At(i).NotNegative();
 }
 
-NegativeEntries PolicyFor(const Law& law) {
-  return law.rejects_negative_entries() ? NegativeEntries::kReject : NegativeEntries::kWarn;
-}
-
-std::shared_ptr<const ClothModel> MakeModel(const SpeedJob& job, const std::string& mesh) {
-  const Law law = MakeLaw(job.law);
-  return std::make_shared<ClothModel>(
-      ParseMeshSpec(mesh, {.round_to_float = !law.rejects_negative_entries()}), CusickScene(), law);
-}
-
 void Require(RolloutStatus status, const std::string& mesh) {
   if (status != RolloutStatus::kOk)
     throw InputError(mesh, std::string("the rollout failed: ") + ToString(status) +
@@ -46,8 +36,8 @@ class Timer {
   Timer(const SpeedJob& job, const std::string& mesh, int batch)
       : job_(job),
         mesh_(mesh),
-        model_(MakeModel(job, mesh)),
-        material_(ReadMaterial(job.material, {PolicyFor(model_->law)}).field),
+        model_(MakeBenchModel(mesh, MakeLaw(job.law))),
+        material_(ReadMaterial(job.material, ReadingPolicy(model_->law)).field),
         backend_(MakeBackend(job.backend, model_, job.threads, &device_)),
         start_(model_->RestState()),
         batch_(batch, {&material_, &start_}),
@@ -140,7 +130,7 @@ Study MakeSpeedStudy(const SpeedJob& job) {
         study.cells.push_back(CheckedCell(cloth + ", batch " + std::to_string(batch) + ", " + part,
                                           {{"mesh", cloth}, {"batch", batch}, {"part", part}}, [&] {
                                             ReadMaterial(job.material,
-                                                         {PolicyFor(MakeLaw(job.law))});
+                                                         ReadingPolicy(MakeLaw(job.law)));
                                             ParseMeshSpec(mesh);
                                           }));
         measurements.push_back({mesh, batch, gradient});

@@ -26,14 +26,10 @@ double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
 }
 
-std::vector<double> Numbers(const auto& matrix) {
-  return {matrix.data(), matrix.data() + matrix.size()};
-}
-
 json DrapeJson(const BenchDrape& drape) {
-  return {{"x", Numbers(drape.x)},
-          {"gradient", Numbers(drape.gradient)},
-          {"jacobian", Numbers(drape.jacobian)}};
+  return {{"x", drape.x},
+          {"gradient", drape.gradient},
+          {"jacobian", drape.jacobian.reshaped<Eigen::RowMajor>()}};
 }
 
 // Reads a derivative of that size, or none.
@@ -74,6 +70,27 @@ void AddTimes(const std::vector<double>& times, int batch, const std::string& me
 
 double SizeRatio(const Mesh& fine, const Mesh& coarse) {
   return std::sqrt(static_cast<double>(fine.num_vertices()) / coarse.num_vertices());
+}
+
+// The errors of a drape against a reference, as RunBenchSetting gives them.
+json MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
+                   BenchWork work) {
+  json errors = json::object();
+  if (drape.outline.size() > 0) {
+    const double area = ProfileArea(drape.outline), limit = reference.area();
+    const double dc = DrapeCoefficient(area, DrapeDiscs());
+    errors = {{"vertex_mm", kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv))},
+              {"outline_mm", kMillimetres * Rms(drape.outline, reference.outline())},
+              {"radius_mm", kMillimetres * std::abs(CircleRadius(area) - CircleRadius(limit))},
+              {"dc", dc},
+              {"dc_error", std::abs(dc - DrapeCoefficient(limit, DrapeDiscs()))},
+              {"folds", CountFolds(drape.outline)}};
+  }
+  if (work == BenchWork::kGradient && drape.gradient.size() > 0)
+    errors["derivative_error"] = RelativeError(drape.gradient, reference.gradient());
+  if (work == BenchWork::kJacobian && drape.jacobian.size() > 0)
+    errors["derivative_error"] = RelativeError(drape.jacobian, reference.jacobian());
+  return errors;
 }
 
 }  // namespace
@@ -143,26 +160,6 @@ BenchReference ReadReference(const json& found, const ReferenceOptions& options,
   reference.ratio = SizeRatio(reference.fine_mesh, reference.coarse_mesh);
   reference.order = options.order;
   return reference;
-}
-
-json MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
-                   BenchWork work) {
-  json errors = json::object();
-  if (drape.outline.size() > 0) {
-    const double area = ProfileArea(drape.outline), limit = reference.area();
-    const double dc = DrapeCoefficient(area, DrapeDiscs());
-    errors = {{"vertex_mm", kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv))},
-              {"outline_mm", kMillimetres * Rms(drape.outline, reference.outline())},
-              {"radius_mm", kMillimetres * std::abs(CircleRadius(area) - CircleRadius(limit))},
-              {"dc", dc},
-              {"dc_error", std::abs(dc - DrapeCoefficient(limit, DrapeDiscs()))},
-              {"folds", CountFolds(drape.outline)}};
-  }
-  if (work == BenchWork::kGradient && drape.gradient.size() > 0)
-    errors["derivative_error"] = RelativeError(drape.gradient, reference.gradient());
-  if (work == BenchWork::kJacobian && drape.jacobian.size() > 0)
-    errors["derivative_error"] = RelativeError(drape.jacobian, reference.jacobian());
-  return errors;
 }
 
 json RunBenchSetting(BenchWork work, const BenchSetting& setting, const BenchProblem& problem,

@@ -56,13 +56,6 @@ nlohmann::json FindReference(const BenchSetting& setting, const BenchProblem& pr
 BenchReference ReadReference(const nlohmann::json& found, const ReferenceOptions& options,
                              const std::string& where);
 
-// The errors of a drape against a reference: "vertex_mm", root mean square distance of the
-// vertices, "outline_mm", of the outline r(θ), "radius_mm", of the radius of the circle of the
-// silhouette's area (the error of the drape coefficient as a length), "dc", "dc_error", "folds",
-// and "derivative_error", ‖d − d_reference‖/‖d_reference‖ of gradient or Jacobian by log entries.
-nlohmann::json MeasureErrors(const BenchReference& reference, const Mesh& mesh,
-                             const BenchDrape& drape, BenchWork work);
-
 struct MeasuringOptions {
   int repeats = 3;          // at most
   double seconds = 10.0;    // and no more runs once so many seconds of wall clock are spent
@@ -74,10 +67,14 @@ struct MeasuringOptions {
 // Measures one setting of a forward, gradient or jacobian work in this process: "status" ("ok",
 // "other branch", "not at rest", or why there is no drape), "seconds" and "cpu_seconds" of a drape
 // (the median) with "seconds_spread" and "cpu_spread" (slowest − fastest), "setup_seconds" (model,
-// symbolic analysis, backend), "vertices", "repeats", and, of a drape, MeasureErrors,
-// "force_residual" (the forces that remain, by the weight), "drift_mm" (the largest movement of a
-// vertex once it is released) and "reference_errors" (MeasureErrors of the reference's fine drape,
-// an estimate of the error of the reference). Throws what SettingSolver throws.
+// symbolic analysis, backend), "vertices" and "repeats". Of a drape also its errors against the
+// reference: "vertex_mm", root mean square distance of the vertices, "outline_mm", of the outline
+// r(θ), "radius_mm", of the radius of the circle of the silhouette's area (the error of the drape
+// coefficient as a length), "dc", "dc_error", "folds", and "derivative_error", ‖d −
+// d_reference‖/‖d_reference‖ of gradient or Jacobian by log entries; "force_residual" (the forces
+// that remain, by the weight), "drift_mm" (the largest movement of a vertex once it is released)
+// and "reference_errors" (the same errors of the reference's fine drape, an estimate of the error
+// of the reference). Throws what SettingSolver throws.
 nlohmann::json RunBenchSetting(BenchWork work, const BenchSetting& setting,
                                const BenchProblem& problem, const BenchReference& reference,
                                const MeasuringOptions& options, const std::atomic<bool>* cancel);

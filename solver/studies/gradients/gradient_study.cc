@@ -52,11 +52,11 @@ class BranchFollower {
   ContinuationResult Run(const Eigen::VectorXd& x) {
     if (!Start(x)) return std::move(result_);
     while (result_.points.back().s != options_.end) {
-      if (!FindTangent()) return Lost("no derivative at the last point");
+      if (!FindTangent()) return Lost();
       while (!Advance()) {
         if (result_.status == ContinuationStatus::kCancelled) return std::move(result_);
         step_ *= 0.5;
-        if (step_ < options_.min_step) return Lost(refusal_);
+        if (step_ < options_.min_step) return Lost();
       }
     }
     FindTangent();
@@ -79,13 +79,10 @@ class BranchFollower {
   }
 
   void Accept(double s, const EquilibriumResult& rest, double error) {
-    ContinuationPoint point;
-    point.s = s;
-    point.x = rest.x;
-    point.prediction_error = error;
-    point.newton_iterations = rest.iterations;
-    point.stiffness = LowestStiffness(solver_, MaterialAt(s), rest.x);
-    result_.points.push_back(std::move(point));
+    result_.points.push_back({.s = s,
+                              .x = rest.x,
+                              .stiffness = LowestStiffness(solver_, MaterialAt(s), rest.x),
+                              .prediction_error = error});
   }
 
   // ∂x/∂s at the last point.
@@ -94,7 +91,7 @@ class BranchFollower {
     const MaterialField material = MaterialAt(point.s);
     const MaterialField change = parametrisation_.Jvp(material, direction_);
     if (!EquilibriumJvpColumn(solver_, material, change, point.x, &tangent_)) return false;
-    point.speed = tangent_.norm() / std::sqrt(static_cast<double>(tangent_.size()) / 3.0);
+    point.speed = VertexRms(tangent_);
     return true;
   }
 
@@ -108,17 +105,13 @@ class BranchFollower {
         SolveEquilibrium(solver_, MaterialAt(s), ReachSafely(solver_.model(), from.x, predicted),
                          options_.corrector);
     const double error = LargestMove(drape.x - predicted);
-    if (drape.status == EquilibriumStatus::kCancelled) {
-      result_.status = ContinuationStatus::kCancelled;
-    } else if (drape.status != EquilibriumStatus::kStable) {
-      refusal_ = ToString(drape.status);
-    } else if (error > options_.max_error) {
-      refusal_ = "jump to another branch";
-    } else {
+    if (drape.status == EquilibriumStatus::kStable && error <= options_.max_error) {
       Accept(s, drape, error);
       LengthenStep(error);
       return true;
     }
+    if (drape.status == EquilibriumStatus::kCancelled)
+      result_.status = ContinuationStatus::kCancelled;
     ++result_.refused;
     result_.lost_at = s;
     return false;
@@ -131,9 +124,8 @@ class BranchFollower {
     step_ = std::max(step_, options_.min_step);
   }
 
-  ContinuationResult Lost(const std::string& because) {
+  ContinuationResult Lost() {
     result_.status = ContinuationStatus::kFold;
-    result_.lost_because = because;
     result_.fold_estimate = FoldEstimate(result_.points);
     return std::move(result_);
   }
@@ -144,7 +136,6 @@ class BranchFollower {
   const ContinuationOptions& options_;
   double step_;
   Eigen::VectorXd tangent_;
-  std::string refusal_;
   ContinuationResult result_;
 };
 
@@ -172,10 +163,6 @@ RowMatrix Tangents(Backend& backend, const MaterialField& material, State start,
   return mode == SolveMode::kStatic
              ? backend.EquilibriumTangents({&input, 1}, {&weight, 1}).front()
              : backend.Tangents({&input, 1}, {&weight, 1}, rollout).front().dx;
-}
-
-double RmsOfVertices(const Eigen::VectorXd& x) {
-  return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
 }
 
 constexpr double kSteps[] = {1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
@@ -272,20 +259,6 @@ void ContinuationOptions::Check() const {
   CHECK_GT(max_error, 0.0);
 }
 
-const char* ToString(ContinuationStatus status) {
-  switch (status) {
-    case ContinuationStatus::kReachedEnd:
-      return "reached the end";
-    case ContinuationStatus::kFold:
-      return "the branch ends";
-    case ContinuationStatus::kNoStart:
-      return "no stable drape at the start";
-    case ContinuationStatus::kCancelled:
-      return "cancelled";
-  }
-  return "unknown";
-}
-
 ContinuationResult FollowBranch(StepSolver& solver, const MaterialParametrisation& parametrisation,
                                 const Eigen::VectorXd& direction, const Eigen::VectorXd& x,
                                 const ContinuationOptions& options) {
@@ -307,7 +280,7 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
   for (const double step : steps) {
     const Eigen::VectorXd above = Shape(backend, at(step), start, integrator, rollout),
                           below = Shape(backend, at(-step), start, integrator, rollout);
-    GradientError error{step, RmsOfVertices(tangent), std::nan("")};
+    GradientError error{step, VertexRms(tangent), std::nan("")};
     if (above.size() > 0 && below.size() > 0)
       error.error = ((above - below) / (2.0 * step) - tangent).norm() / tangent.norm();
     errors.push_back(error);

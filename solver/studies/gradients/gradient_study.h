@@ -33,11 +33,17 @@ struct ContinuationOptions {
 
 enum class ContinuationStatus {
   kReachedEnd,
-  kFold,     // the branch ends: see lost_at and lost_because
+  kFold,     // the branch ends: see lost_at
   kNoStart,  // no stable drape near the start
   kCancelled
 };
-const char* ToString(ContinuationStatus status);
+constexpr auto EnumNames(ContinuationStatus) {
+  using enum ContinuationStatus;
+  return MakeNames<ContinuationStatus>({{kReachedEnd, "reached the end"},
+                                        {kFold, "the branch ends"},
+                                        {kNoStart, "no stable drape at the start"},
+                                        {kCancelled, "cancelled"}});
+}
 
 // A stable drape on the branch.
 struct ContinuationPoint {
@@ -46,7 +52,6 @@ struct ContinuationPoint {
   double speed = 0.0;      // root mean square over the vertices of |∂x/∂s| [m]
   double stiffness = 0.0;  // lowest eigenvalue of K by mass, as in LowestEigenvalues [s⁻²]
   double prediction_error = 0.0;  // largest distance of a vertex to its prediction [m]
-  int newton_iterations = 0;
 };
 
 struct ContinuationResult {
@@ -55,7 +60,6 @@ struct ContinuationResult {
   int refused = 0;                        // rejected steps
   // The branch ends between the last point and lost_at (kFold).
   double lost_at = 0.0;
-  std::string lost_because;
   // Where the speeds of the last two points put a fold (1/speed² is linear in s before it); none
   // where the speed does not grow.
   std::optional<double> fold_estimate;

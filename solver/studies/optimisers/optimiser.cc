@@ -187,15 +187,12 @@ std::string RunLbfgs(BudgetedFunction& function) {
   return summary.message;
 }
 
-nlopt::algorithm FindAlgorithm(const std::string& name) {
-  if (name == "bobyqa") return nlopt::LN_BOBYQA;
-  if (name == "sbplx") return nlopt::LN_SBPLX;
-  if (name == "crs") return nlopt::GN_CRS2_LM;
-  CHECK_EQ(name, "direct");
-  return nlopt::GN_DIRECT_L;
-}
+constexpr std::pair<const char*, nlopt::algorithm> kNLopt[] = {{"bobyqa", nlopt::LN_BOBYQA},
+                                                               {"sbplx", nlopt::LN_SBPLX},
+                                                               {"crs", nlopt::GN_CRS2_LM},
+                                                               {"direct", nlopt::GN_DIRECT_L}};
 
-std::string RunNLopt(BudgetedFunction& function, const std::string& name, int seed) {
+std::string RunNLopt(BudgetedFunction& function, nlopt::algorithm algorithm, int seed) {
   constexpr double kFirstStep = 0.5;  // in log units
   constexpr double kFailed = 10.0;    // cost of a failure by that of the start
   using Theta = std::vector<double>;
@@ -213,7 +210,7 @@ std::string RunNLopt(BudgetedFunction& function, const std::string& name, int se
   const unsigned size = static_cast<unsigned>(function.size());
   Theta theta(size, 0.0);
   nlopt::srand(static_cast<unsigned long>(seed));
-  nlopt::opt optimiser(FindAlgorithm(name), size);
+  nlopt::opt optimiser(algorithm, size);
   optimiser.set_min_objective(
       [](const Theta& at, Theta&, void* of) { return (*static_cast<Cost*>(of))(at); }, &cost);
   optimiser.set_lower_bounds(-kBound);
@@ -317,15 +314,14 @@ std::string RunSearch(BudgetedFunction& function, const std::string& name,
   return "budget spent";
 }
 
-constexpr const char* kNLopt[] = {"bobyqa", "sbplx", "crs", "direct"};
-
 std::vector<OptimiserMethod> AllMethods() {
   std::vector<OptimiserMethod> methods;
   for (const char* name : {"lm", "lm_patient", "dogleg", "subspace_dogleg", "lbfgs",
                            "adam_published", "adam_0.03", "adam_0.1"})
     methods.push_back({name, true});
   const std::size_t first = methods.size();
-  for (const std::string name : kNLopt) methods.push_back({name, false, name == "crs"});
+  for (const auto& [name, algorithm] : kNLopt)
+    methods.push_back({name, false, algorithm == nlopt::GN_CRS2_LM});
   for (const char* name : {"cmaes", "bo", "rembo_2", "rembo_4", "rembo_8", "rembo_ucb_4", "hesbo_2",
                            "hesbo_4", "hesbo_8"})
     methods.push_back({name, false, true, false});
@@ -337,8 +333,8 @@ std::vector<OptimiserMethod> AllMethods() {
 
 std::string RunWithoutDerivatives(const std::string& name, BudgetedFunction& function,
                                   const OptimiserOptions& options) {
-  if (std::find(std::begin(kNLopt), std::end(kNLopt), name) != std::end(kNLopt))
-    return RunNLopt(function, name, options.seed);
+  for (const auto& [known, algorithm] : kNLopt)
+    if (name == known) return RunNLopt(function, algorithm, options.seed);
   return RunSearch(function, name, options);
 }
 
@@ -374,7 +370,8 @@ std::string Run(const OptimiserMethod& method, BudgetedFunction& function,
                 const OptimiserOptions& options) {
   const std::string& name = method.name;
   if (!method.search.empty()) {
-    function.LimitTo(std::max(1.0, options.budget - RefiningBudget(options)));
+    const double kept = (kRefiningRounds + 1) * (1.0 + options.jacobian_cost_units);
+    function.LimitTo(std::max(1.0, options.budget - kept));
     RunWithoutDerivatives(method.search, function, options);
     function.LimitTo(options.budget);
     return RefineByLevenbergMarquardt(function);
@@ -467,10 +464,6 @@ void BudgetedFunction::Record(double cost) {
   run_.cost = cost;
   run_.theta = theta_;
   run_.trace.push_back({run_.spent, run_.seconds, cost});
-}
-
-double RefiningBudget(const OptimiserOptions& options) {
-  return (kRefiningRounds + 1) * (1.0 + options.jacobian_cost_units);
 }
 
 const std::vector<OptimiserMethod>& OptimiserMethods() {

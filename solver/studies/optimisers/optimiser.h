@@ -104,10 +104,9 @@ struct OptimiserMethod {
   std::string search = {};  // of "<search>_lm": the method that its last rounds refine
 };
 
-// Rounds of Levenberg–Marquardt that refine the best point of a search in "<search>_lm", and what
-// is kept of the budget for them: each round and the evaluation of that point with a Jacobian.
+// Rounds of Levenberg–Marquardt that refine the best point of a search in "<search>_lm". So much of
+// the budget is kept for them: each round and the evaluation of that point with a Jacobian.
 inline constexpr int kRefiningRounds = 20;
-double RefiningBudget(const OptimiserOptions& options);
 
 // Methods with derivatives: "lm" (Levenberg–Marquardt by Ceres, the steps of drape_fit),
 // "lm_patient" (50 instead of 5 invalid steps in a row), "dogleg" (Powell's), "subspace_dogleg"

@@ -226,7 +226,7 @@ class Problem {
       trace.push_back({point.spent, point.seconds, point.cost});
     return {{"end", run.end},
             {"trace", trace},
-            {"theta", std::vector<double>(run.theta.begin(), run.theta.end())},
+            {"theta", run.theta},
             {"spent", run.spent},
             {"cpu_s", run.seconds},
             {"jacobian_cpu_s", run.jacobian_seconds},

@@ -133,9 +133,8 @@ NormalDistribution FeaturesOfSample(const ListedSample& sample) {
 
 json ToJson(const NormalDistribution& seen) {
   json rows = json::array();
-  for (const auto& row : seen.covariance.rowwise())
-    rows.push_back(std::vector<double>(row.begin(), row.end()));
-  return {{"mean", std::vector<double>(seen.mean.begin(), seen.mean.end())}, {"covariance", rows}};
+  for (const auto& row : seen.covariance.rowwise()) rows.push_back(row);
+  return {{"mean", seen.mean}, {"covariance", rows}};
 }
 
 // Adds what the posterior of each sample shows in the directions that all samples determine, and
@@ -183,8 +182,7 @@ bool AddPredictions(const SampleList& list, const DrapePool& pool,
   const std::vector<Eigen::VectorXd> logs =
       CompareByPredictions(pool, samples, list.num_fabrics(), options, control);
   for (std::size_t i = 0; i < logs.size(); ++i)
-    (*recognition)["samples"][i]["predictions"] =
-        std::vector<double>(logs[i].begin(), logs[i].end());
+    (*recognition)["samples"][i]["predictions"] = logs[i];
   return !logs.empty();
 }
 

@@ -90,10 +90,6 @@ void Disturb(const ClothModel& model, const StabilityCase& run, int seed, Eigen:
   }
 }
 
-double RmsSpeed(const Eigen::VectorXd& v) {
-  return v.norm() / std::sqrt(static_cast<double>(v.size()) / 3.0);
-}
-
 // A run on its way.
 struct Course {
   using Clock = std::chrono::steady_clock;
@@ -116,10 +112,10 @@ StabilityEnd RunInTime(const Integrator& step, State state, double h, int max_st
     end.status = step(state);
     ++course.steps;
     if (end.status != IntegratorStatus::kOk || IsLost(state.x)) break;
-    num_still = RmsSpeed(state.v) < kStandstill ? num_still + 1 : 0;
+    num_still = VertexRms(state.v) < kStandstill ? num_still + 1 : 0;
   }
   end.x = std::move(state.x);
-  end.speed = RmsSpeed(state.v);
+  end.speed = VertexRms(state.v);
   return end;
 }
 
@@ -152,10 +148,9 @@ StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene,
   StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.pre_steps), course);
   course.steps = 0;
   if (end.status != IntegratorStatus::kOk || IsLost(end.x)) return end;
-  EquilibriumOptions options;
-  options.max_iterations = course.setting.max_newton_steps;
-  options.cancel = &course.cancel;
-  const EquilibriumResult rest = RunNewton(run.method, scene, end.x, options);
+  const EquilibriumResult rest =
+      RunNewton(run.method, scene, end.x,
+                {.max_iterations = course.setting.max_newton_steps, .cancel = &course.cancel});
   course.steps = rest.iterations;
   return {.status = StepStatus(run.method, rest), .x = rest.x, .speed = 0.0};
 }

@@ -38,13 +38,11 @@ std::vector<double> MeanRigidities(const ClothModel& model, const MaterialField&
   return sum;
 }
 
-constexpr char kHeader[] =
-    "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" version=\"0.1\" byte_order=\"LittleEndian\">\n";
 constexpr int kTriangle = 5;  // of VTK's cell types
 
 std::string Header(const std::string& type) {
-  std::string text = kHeader;
-  return text.replace(text.find("%s"), 2, type);
+  return "<?xml version=\"1.0\"?>\n<VTKFile type=\"" + type +
+         "\" version=\"0.1\" byte_order=\"LittleEndian\">\n";
 }
 
 template <class Value>

@@ -46,14 +46,6 @@ std::string NumberText(double value) {
 // A name as text between quotes in JSON, TOML and Python.
 std::string QuotedText(const std::string& text) { return Json(text).dump(); }
 
-template <int kRows, int kCols>
-Json Rows(const double (&table)[kRows][kCols]) {
-  Json rows = Json::array();
-  for (int r = 0; r < kRows; ++r)
-    for (int c = 0; c < kCols; ++c) rows[r][c] = table[r][c];
-  return rows;
-}
-
 Json CloPhysical(const ExchangeRecord& record) {
   const LinearFabric& m = record.material;
   const double per_membrane = 1e3, per_rigidity = 1e9, per_density = 1e-3, per_metre = 1e3;
@@ -105,8 +97,8 @@ std::string ScriptText(std::string script, const ExchangeRecord& record,
 ExportedMaterial ExportArcsim(const ExchangeRecord& record) {
   const MaterialField& tables = record.source.material.field;
   const Json json = {{"density", tables.density},
-                     {"stretching", Rows(tables.stretch[0].c)},
-                     {"bending", Rows(tables.bend[0].b)}};
+                     {"stretching", tables.stretch[0].c},
+                     {"bending", tables.bend[0].b}};
   return {.file = "arcsim.json",
           .text = json.dump(2) + "\n",
           .tables = tables,

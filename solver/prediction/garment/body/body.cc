@@ -19,6 +19,7 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 constexpr double kPelvisBottom = .45, kPelvisTop = .65;  // of the height
 constexpr int kMaxFrames = 100000;
+constexpr double kMaxSpeed = 20;  // of a vertex between two frames [m/s]
 
 Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
 
@@ -67,16 +68,24 @@ void CheckSameFaces(const ObjSurface& surface, const ObjSurface& first, const st
            FaceText(first.triangles[f]));
 }
 
-void CheckSpeed(const Eigen::VectorXd& before, const Eigen::VectorXd& x,
-                const BodySequenceOptions& options, const std::string& path,
-                const std::string& path_before) {
+void CheckSpeed(const Eigen::VectorXd& before, const Eigen::VectorXd& x, double frames_per_second,
+                const std::string& path, const std::string& path_before) {
   for (int i = 0; i < x.size() / 3; ++i) {
-    const double speed = (Vertex(x, i) - Vertex(before, i)).norm() * options.frames_per_second;
-    if (speed > options.max_speed)
+    const double speed = (Vertex(x, i) - Vertex(before, i)).norm() * frames_per_second;
+    if (speed > kMaxSpeed)
       throw InputError(path, Format("vertex %d moves at %.3g m/s, expected at most %g m/s from ",
-                                    i + 1, speed, options.max_speed) +
+                                    i + 1, speed, kMaxSpeed) +
                                  path_before);
   }
+}
+
+// A gap in the numbers would end the motion unnoticed. end: the number after the last frame.
+void CheckNoLaterFrame(const FrameNames& names, int end) {
+  constexpr int kLongestGap = 1000;
+  for (int later = end + 1; later <= end + kLongestGap; ++later)
+    if (std::filesystem::exists(names.Name(later)))
+      throw InputError(names.Name(end), "is missing, but " + names.Name(later) +
+                                            " exists, expected a file of each number");
 }
 
 class BodySequence : public Body {
@@ -127,13 +136,10 @@ class BodySequence : public Body {
 
 }  // namespace
 
-std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern,
-                                       const BodySequenceOptions& options) {
-  if (!(options.frames_per_second >= 1 && options.frames_per_second <= 1e5))
-    throw InputError(
-        "body", Format("%g frames per second, expected 1 … 100000", options.frames_per_second));
-  if (!(options.max_speed > 0))
-    throw InputError("body", Format("a largest speed of %g m/s, expected > 0", options.max_speed));
+std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, double frames_per_second) {
+  if (!(frames_per_second >= 1 && frames_per_second <= 1e5))
+    throw InputError("body",
+                     Format("%g frames per second, expected 1 … 100000", frames_per_second));
   const FrameNames names(name_pattern);
   const int start = std::filesystem::exists(names.Name(0)) ? 0 : 1;
   const std::string first_path = names.Name(start);
@@ -145,18 +151,18 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern,
     const std::string path = names.Name(k);
     ObjSurface next = ReadObjSurface(path);
     CheckSameFaces(next, first, path, first_path);
-    CheckSpeed(frames.back(), next.x, options, path, names.Name(k - 1));
+    CheckSpeed(frames.back(), next.x, frames_per_second, path, names.Name(k - 1));
     RequireSolid(next, path);
     frames.push_back(std::move(next.x));
   }
-  return std::make_unique<BodySequence>(first.triangles, std::move(frames),
-                                        options.frames_per_second);
+  CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
+  return std::make_unique<BodySequence>(first.triangles, std::move(frames), frames_per_second);
 }
 
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
-                                const BodySequenceOptions& options) {
+                                double frames_per_second) {
   constexpr char kMannequin[] = "mannequin:";
-  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, options);
+  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, frames_per_second);
   const auto kind =
       ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
   return std::make_unique<Mannequin>(kind, arm_angle);

@@ -25,7 +25,6 @@ struct PatternEdge {
   double Length() const;
   // n + 1 points at equal distances along the curve, both ends included, which are exact. n ≥ 1.
   std::vector<Eigen::Vector2d> Divided(int n) const;
-  PatternEdge Reversed() const;
 };
 
 // The arc through begin and end of this radius [m], the signed angle as in PatternEdge: the shorter
@@ -92,8 +91,6 @@ PatternProblem FindProblem(const Pattern& pattern);
 
 // Signed area of a loop [m²], positive counter-clockwise.
 double LoopArea(const PatternLoop& loop);
-// The loop the other way round; edge k becomes edge n − 1 − k.
-PatternLoop Reversed(const PatternLoop& loop);
 
 // Reads a pattern of our own format ("drapefit-garment", configs/README.md) or a specification of
 // GarmentCode [Korosteleva 2023], which has a key "pattern". Of that: straight, quadratic, cubic

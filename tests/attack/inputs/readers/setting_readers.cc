@@ -106,7 +106,7 @@ std::vector<Reader> MakeSettingReaders(const std::string& valid, const std::stri
            .file = "tensile.json",
            .content = ReadText(valid + "tensile.json"),
            .read = [](const std::string& path) {
-             ReadLabMeasurement(path);
+             ReadLabMeasurements(path);
              return std::string();
            }}};
 }

@@ -24,7 +24,7 @@ class LabMeasurementFile : public FileFixture {
 };
 
 TEST_F(LabMeasurementFile, IsReadWithPointsByRisingLength) {
-  const LabMeasurement test = ReadLabMeasurement(Write("bias.json", kCantilever));
+  const LabMeasurement test = ReadLabMeasurements(Write("bias.json", kCantilever)).front();
   EXPECT_EQ(test.name, "bias");
   EXPECT_EQ(test.kind, LabMeasurementKind::kCantilever);
   EXPECT_EQ(test.direction, 45.0);
@@ -36,11 +36,11 @@ TEST_F(LabMeasurementFile, IsReadWithPointsByRisingLength) {
 }
 
 TEST_F(LabMeasurementFile, IsWrittenAsItIsRead) {
-  const LabMeasurement warp = ReadLabMeasurement(Write("warp.json", kTensile));
+  const LabMeasurement warp = ReadLabMeasurements(Write("warp.json", kTensile)).front();
   EXPECT_EQ(warp.length, 0.2);
   EXPECT_EQ(warp.width, 0.05);
   test::WriteLabMeasurement(Path("copy.json"), warp);
-  const LabMeasurement copy = ReadLabMeasurement(Path("copy.json"));
+  const LabMeasurement copy = ReadLabMeasurements(Path("copy.json")).front();
   EXPECT_EQ(copy.kind, LabMeasurementKind::kTensile);
   EXPECT_EQ(copy.direction, 90.0);
   EXPECT_EQ(copy.width, 0.05);
@@ -52,7 +52,7 @@ TEST_F(LabMeasurementFile, IsWrittenAsItIsRead) {
 
 TEST_F(LabMeasurementFile, BadValuesAreNamed) {
   const auto expect = [&](const std::string& path, const std::string& text) {
-    EXPECT_INPUT_ERROR(ReadLabMeasurement(path), text);
+    EXPECT_INPUT_ERROR(ReadLabMeasurements(path), text);
   };
   expect(With(kCantilever, "sigma", "sigmas"), "unknown key 'sigmas'");
   expect(With(kCantilever, "cantilever", "shear"),

@@ -8,7 +8,7 @@
 
 namespace drape::test {
 
-// Writes a file that ReadLabMeasurement reads.
+// Writes a file that ReadLabMeasurements reads.
 inline void WriteLabMeasurement(const std::string& path, const LabMeasurement& measurement) {
   const bool tensile = measurement.kind == LabMeasurementKind::kTensile;
   nlohmann::json document = {{"test", ToString(measurement.kind)},

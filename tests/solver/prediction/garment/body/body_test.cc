@@ -29,8 +29,8 @@ class BodySequenceTest : public FileFixture {
     for (std::size_t i = 0; i < vertices.size(); ++i) surface.x.segment<3>(3 * i) = vertices[i];
     WriteObj(Path("body_000" + std::to_string(number) + ".obj"), surface);
   }
-  std::unique_ptr<Body> ReadAll(BodySequenceOptions options = {10, 20}) const {
-    return ReadBodySequence(Path("body_%04d.obj"), options);
+  std::unique_ptr<Body> ReadAll(double frames_per_second = 10) const {
+    return ReadBodySequence(Path("body_%04d.obj"), frames_per_second);
   }
 
   static const inline Triangles kFaces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
@@ -59,13 +59,19 @@ TEST_F(BodySequenceTest, ThePelvisFollowsTheRigidMotion) {
 }
 
 TEST_F(BodySequenceTest, RefusesBadNamesAndNumbers) {
-  EXPECT_INPUT_ERROR(ReadBodySequence("body.obj", {}), "expected a name with one number");
-  EXPECT_INPUT_ERROR(ReadBodySequence("body_%s.obj", {}), "expected a name with one number");
-  EXPECT_INPUT_ERROR(ReadBodySequence("%d_%d.obj", {}), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("body.obj", 30), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("body_%s.obj", 30), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("%d_%d.obj", 30), "expected a name with one number");
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj");
   WriteFrame(0, 0);
-  EXPECT_INPUT_ERROR(ReadAll({.5, 20}), "0.5 frames per second");
-  EXPECT_INPUT_ERROR(ReadAll({30, 0}), "0 m/s");
+  EXPECT_INPUT_ERROR(ReadAll(.5), "0.5 frames per second");
+}
+
+TEST_F(BodySequenceTest, RefusesAMissingNumber) {
+  WriteFrame(0, 0);
+  WriteFrame(1, .1);
+  WriteFrame(4, .2);
+  EXPECT_INPUT_ERROR(ReadAll(), "body_0002.obj: is missing, but ");
 }
 
 TEST_F(BodySequenceTest, RefusesSurfacesThatAreOpenInsideOutOrCrossing) {
