@@ -196,7 +196,7 @@ StepWorkspace StepWorkspace::Take(Arena& arena, const DeviceCloth& cloth, int sl
 void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
                      const StepWorkspace& w, int first, double h) {
   const std::int64_t dofs = static_cast<std::int64_t>(first) * on.cloth.num_dofs();
-  const StepRecords records = w.RecordsFrom(on.cloth, first);
+  const StepRecords records = w.records.From(on.cloth, first);
   LaunchElementRecords(on, records);
   LaunchGatherStep(on, records, w.v + dofs, h, w.MatrixFrom(multifrontal.view(), first),
                    w.rhs + dofs);
@@ -206,7 +206,7 @@ void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
 
 void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
                       const StepWorkspace& w, int first, double h, double* rhs) {
-  const StepRecords records = w.RecordsFrom(on.cloth, first);
+  const StepRecords records = w.records.From(on.cloth, first);
   LaunchElementRecords(on, records);
   LaunchGatherStep(on, records, nullptr, h, w.MatrixFrom(multifrontal.view(), first), nullptr);
   multifrontal.FactorAndSolve(w.FactorFrom(multifrontal.view(), first), rhs, rhs, on.batch.slots,

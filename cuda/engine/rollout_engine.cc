@@ -33,15 +33,6 @@ struct TangentWorkspace {
     w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * kPaddedEntries);
     return w;
   }
-
-  // Pieces of the slots from `first` on.
-  DerivativeRecords DerivativesFrom(const ClothView& cloth, std::int64_t first) const {
-    return {derivatives.faces + first * cloth.num_faces,
-            derivatives.hinges + first * cloth.num_hinges};
-  }
-  FactorRecords FactorsFrom(const ClothView& cloth, std::int64_t first) const {
-    return {factors.faces + first * cloth.num_faces, factors.hinges + first * cloth.num_hinges};
-  }
 };
 
 // A step of a group of slots, from `first` on, and of its derivatives.
@@ -53,8 +44,8 @@ void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal
   const double* found = w.step.solution + first * dofs;
   double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
   double* blocks = w.blocks + first * 9 * on.cloth.num_blocks;
-  const DerivativeRecords derivatives = w.DerivativesFrom(on.cloth, first);
-  const FactorRecords factors = w.FactorsFrom(on.cloth, first);
+  const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
+  const FactorRecords factors = w.factors.From(on.cloth, first);
   LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
   LaunchDerivativeRecords(on, found, h, derivatives);
   LaunchFactorRecords(on, scales, found, h, factors);
@@ -153,15 +144,13 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
                        {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
                        on.batch.slots, on.stream);
   if (m == 1) {
-    const AdjointRecords records{w.single.faces + 1LL * first * on.cloth.num_faces,
-                                 w.single.hinges + 1LL * first * on.cloth.num_hinges};
+    const AdjointRecords records = w.single.From(on.cloth, first);
     LaunchAdjointRecords(on, end_v, back.h, lambda, records, back.sums.From(first));
     LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
     return;
   }
   double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
-  const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * on.cloth.num_faces,
-                                      w.derivatives.hinges + 1LL * first * on.cloth.num_hinges};
+  const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
   LaunchDerivativeRecords(on, end_v, back.h, derivatives);
   LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
   LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);

@@ -8,12 +8,6 @@ namespace drape {
 // Forces and step matrices of a batch: first a record per element, then sums by gather, so that no
 // two threads write the same number and each run adds in the same order.
 
-// Workspace of a batch by slot.
-struct StepRecords {
-  FaceRecord* faces;    // [F]
-  HingeRecord* hinges;  // [E]
-};
-
 void LaunchElementRecords(const LaunchContext& on, const StepRecords& records);
 // matrix = M + h²·H, [9·entries] a slot; rhs = M·v + h·f unless null, [3V] a slot; v by slot.
 void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
