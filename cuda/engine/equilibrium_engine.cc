@@ -182,6 +182,9 @@ struct NewtonWorkspace {
   }
 };
 
+// Newton's method for a batch of drapes at rest that fits into the device's memory. The decisions
+// are those of physics/simulation/statics/statics.h, one NewtonControl per rollout; the shapes stay
+// on the device.
 class BatchNewton {
  public:
   BatchNewton(DeviceResources& resources, std::span<const RolloutInput> batch,
@@ -411,37 +414,20 @@ class BatchNewton {
   std::vector<Measured> measured_, best_measured_, start_;
 };
 
-// Newton's method for a batch of drapes at rest that fits into the device's memory: the decisions
-// are those of physics/simulation/statics/statics.h, one NewtonControl per rollout, the shapes stay
-// on the device.
-void FindEquilibria(DeviceResources& resources, std::span<const RolloutInput> batch,
-                    const EquilibriumOptions& options, std::span<EquilibriumResult> results) {
-  BatchNewton(resources, batch, options).Run(results);
-}
-
-// Takes what FindEquilibria needs for n rollouts, to learn how large it is.
-void TakeNewtonWorkspace(Arena& arena, const DeviceCloth& cloth, int n) {
-  NewtonWorkspace workspace{};
-  workspace.Take(arena, cloth, n);
-}
-
-// A chunk on the device, valid until the resources' next batch.
-struct TangentRun {
-  const double* dx;          // [3V, columns] a slot
-  std::vector<char> solved;  // of each slot
-};
-using VisitTangents =
-    std::function<void(std::size_t first, std::size_t count, const TangentRun& run)>;
 // Right-hand sides of a chunk: ∂f/∂p of the shapes.
 using FillRhs = std::function<void(const LaunchContext& on, const ImplicitWorkspace& workspace)>;
 
-// Solves for chunks of the batch, `columns` right-hand sides each.
+// Solves for chunks of the batch, `columns` right-hand sides each, of which the results keep the
+// first `used`; a result is empty where it is not solved.
+template <class Result>
 void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch,
-                 std::span<const MaterialField* const> weights, int columns,
-                 const FillRhs& fill_rhs, const VisitTangents& visit) {
+                 std::span<const MaterialField* const> weights, int used, int columns,
+                 const FillRhs& fill_rhs, std::span<Result> results) {
+  const DeviceCloth& cloth = resources.cloth();
+  const std::size_t dofs = cloth.view().num_dofs(), numbers = dofs * columns;
   ImplicitWorkspace w{};
   const auto take = [&](Arena& arena, int n) {
-    w = ImplicitWorkspace::Take(arena, resources.cloth(), n, columns, true);
+    w = ImplicitWorkspace::Take(arena, cloth, n, columns, true);
   };
   resources.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
     const int slots = static_cast<int>(count);
@@ -454,7 +440,16 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
     FactorStiffness(resources, w, shapes);
     LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
     fill_rhs(on, w);
-    visit(first, count, {w.x, SolveStiffness(resources, w, shapes, false, columns)});
+    const std::vector<char> solved = SolveStiffness(resources, w, shapes, false, columns);
+    std::vector<double> host(count * numbers);
+    CopyToHost<double>(w.x, host);
+    for (std::size_t i = 0; i < count; ++i) {
+      Result& result = results[first + i];
+      result = Result();
+      if (!solved[i]) continue;
+      result.resize(dofs, used);
+      cloth.ToMeshOrder(host.data() + i * numbers, used, columns, result.data());
+    }
   });
 }
 
@@ -463,58 +458,35 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
 void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
                                    const EquilibriumOptions& options,
                                    std::span<EquilibriumResult> results) {
-  resources_.ForEachChunk(
-      batch.size(),
-      [&](Arena& arena, int slots) { TakeNewtonWorkspace(arena, resources_.cloth(), slots); }, 0,
-      [&](std::size_t first, std::size_t count) {
-        FindEquilibria(resources_, batch.subspan(first, count), options,
-                       results.subspan(first, count));
-      });
+  const auto take = [&](Arena& arena, int slots) {
+    NewtonWorkspace().Take(arena, resources_.cloth(), slots);
+  };
+  resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
+    BatchNewton(resources_, batch.subspan(first, count), options)
+        .Run(results.subspan(first, count));
+  });
 }
 
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<const MaterialField* const> weights,
                                  std::span<RowMatrix> results) {
-  const int dofs = resources_.view().num_dofs();
-  const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
   SolveChunks(
-      resources_, batch, weights, kPaddedEntries,
+      resources_, batch, weights, kMaterialEntries, kPaddedEntries,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
       },
-      [&](std::size_t first, std::size_t count, const TangentRun& run) {
-        std::vector<double> host(count * columns);
-        CopyToHost<double>(run.dx, host);
-        for (std::size_t i = 0; i < count; ++i) {
-          RowMatrix& result = results[first + i];
-          result = RowMatrix();
-          if (!run.solved[i]) continue;
-          result.resize(dofs, kMaterialEntries);
-          resources_.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries,
-                                         kPaddedEntries, result.data());
-        }
-      });
+      results);
 }
 
 void EquilibriumEngine::Jvp(std::span<const RolloutInput> batch,
                             std::span<const MaterialField* const> changes,
                             std::span<Eigen::VectorXd> results) {
-  const std::size_t dofs = resources_.view().num_dofs();
   SolveChunks(
-      resources_, batch, changes, 1,
+      resources_, batch, changes, 1, 1,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchDirectionRhs(on, w.factors, w.rhs);
       },
-      [&](std::size_t first, std::size_t count, const TangentRun& run) {
-        std::vector<double> host(count * dofs);
-        CopyToHost<double>(run.dx, host);
-        for (std::size_t i = 0; i < count; ++i) {
-          Eigen::VectorXd& result = results[first + i];
-          result.resize(run.solved[i] ? dofs : 0);
-          if (run.solved[i])
-            resources_.cloth().ToMeshOrder(host.data() + i * dofs, 1, 1, result.data());
-        }
-      });
+      results);
 }
 
 void EquilibriumEngine::Adjoints(std::span<const RolloutInput> batch,
