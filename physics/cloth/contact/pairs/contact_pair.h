@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <tuple>
+#include <compare>
 
 #include "physics/util/math/host_device.h"
 
@@ -44,12 +44,7 @@ struct ContactPair {
   bool of_edges = false;
   std::array<int, 4> vertex = {};  // the vertex and the face's corners, or the edges' ends
 
-  friend bool operator==(const ContactPair& a, const ContactPair& b) {
-    return std::tie(a.of_edges, a.vertex) == std::tie(b.of_edges, b.vertex);
-  }
-  friend bool operator<(const ContactPair& a, const ContactPair& b) {
-    return std::tie(a.of_edges, a.vertex) < std::tie(b.of_edges, b.vertex);
-  }
+  auto operator<=>(const ContactPair&) const = default;
 };
 
 // Places or moves of the four vertices of a pair [m].
