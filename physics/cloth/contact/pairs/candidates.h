@@ -134,7 +134,7 @@ class PairCandidates {
   struct Candidate {
     double distance;  // in the reference shape [m]
     ContactPair pair;
-    auto operator<=>(const Candidate&) const = default;
+    std::partial_ordering operator<=>(const Candidate&) const = default;
   };
 
   // reach: distances [m] above which a pair is not wanted. of_cloth: whether two parts of the cloth

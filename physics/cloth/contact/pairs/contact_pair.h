@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <compare>
+#include <tuple>
 
 #include "physics/util/math/host_device.h"
 
@@ -44,7 +44,13 @@ struct ContactPair {
   bool of_edges = false;
   std::array<int, 4> vertex = {};  // the vertex and the face's corners, or the edges' ends
 
-  auto operator<=>(const ContactPair&) const = default;
+  // Device code includes this header as C++17, which has no operator<=>.
+  friend bool operator==(const ContactPair& a, const ContactPair& b) {
+    return std::tie(a.of_edges, a.vertex) == std::tie(b.of_edges, b.vertex);
+  }
+  friend bool operator<(const ContactPair& a, const ContactPair& b) {
+    return std::tie(a.of_edges, a.vertex) < std::tie(b.of_edges, b.vertex);
+  }
 };
 
 // Places or moves of the four vertices of a pair [m].
