@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 
 namespace drape {
 namespace {

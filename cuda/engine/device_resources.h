@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "cuda/device/device.h"
-#include "cuda/device/device_buffer.h"
 #include "cuda/kernels/cloth/cloth_view.h"
 #include "cuda/kernels/cloth/device_cloth.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cuda/engine/device_resources.h"
-#include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 #include "cuda/kernels/statics/statics_kernels.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/simulation/statics/statics.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 
 namespace drape {
 namespace {

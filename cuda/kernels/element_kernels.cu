@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 #include "cuda/kernels/element_kernels.h"
 

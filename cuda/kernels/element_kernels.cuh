@@ -141,17 +141,16 @@ __device__ __forceinline__ CornerGradient GradientOf(const Face& face, int corne
 }
 
 // block += area·[Du Dv]ᵀ·Q·[Du Dv] at corners (a, b).
-__device__ __forceinline__ void AddFaceBlock(const Face& face, const double (&Q)[6][6],
-                                             int a, int b, double (&block)[9]) {
+__device__ __forceinline__ void AddFaceBlock(const Face& face, const double (&Q)[6][6], int a,
+                                             int b, double (&block)[9]) {
   const CornerGradient row = GradientOf(face, a), column = GradientOf(face, b);
   const double ua = face.area * row.u, va = face.area * row.v;
 #pragma unroll
   for (int i = 0; i < 3; ++i)
 #pragma unroll
     for (int k = 0; k < 3; ++k)
-      block[3 * i + k] +=
-          column.u * (ua * Q[i][k] + va * Q[3 + i][k]) +
-          column.v * (ua * Q[i][3 + k] + va * Q[3 + i][3 + k]);
+      block[3 * i + k] += column.u * (ua * Q[i][k] + va * Q[3 + i][k]) +
+                          column.v * (ua * Q[i][3 + k] + va * Q[3 + i][3 + k]);
 }
 
 __device__ __forceinline__ Vec3<double>& operator+=(Vec3<double>& a, const Vec3<double>& b) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
 #include "physics/material/laws/element_sensitivity.h"
 
 // Gradients of m scalars by the material tables: a thread has one element, a block a chunk of them.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
 #include "cuda/kernels/reduce.cuh"
 #include "cuda/kernels/statics/statics_kernels.h"
 
