@@ -18,7 +18,7 @@ __device__ __forceinline__ bool FindVertex(const ClothView& cloth, const ShapeBa
   if (i >= cloth.num_vertices) return false;
   const int rollout = RolloutAt(batch, slot);
   *vertex = {i, slot, rollout, cloth.vertex_area[i],
-             LoadVec3(RowOf(batch.x, rollout, cloth.num_dofs()), i)};
+             LoadVec3(RowAt(batch.x, rollout, cloth.num_dofs()), i)};
   return true;
 }
 
@@ -40,7 +40,7 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   Vec3<double> place = at.x;
   if (!PushVertexOut(Contact(cloth.contact), place)) return;
-  StoreVec3(RowOf(x, at.rollout, cloth.num_dofs()), at.i, place);
+  StoreVec3(RowAt(x, at.rollout, cloth.num_dofs()), at.i, place);
 }
 
 template <class Contact>
@@ -52,7 +52,7 @@ __global__ void __launch_bounds__(kElementThreads)
   AddVertexStepStiffness(Contact(cloth.contact), at.area, at.x, h * h, block);
   AddBlock(block, DiagonalEntry(cloth, at, matrix));
   if (rhs != nullptr)
-    AddTo(RowOf(rhs, at.slot, cloth.num_dofs()), at.i,
+    AddTo(RowAt(rhs, at.slot, cloth.num_dofs()), at.i,
           h * VertexForce(Contact(cloth.contact), at.area, at.x));
 }
 
@@ -61,7 +61,7 @@ __global__ void __launch_bounds__(kElementThreads)
     AddContactForce(ClothView cloth, ShapeBatch batch, double* force) {
   ContactVertex at;
   if (!FindVertex(cloth, batch, &at)) return;
-  AddTo(RowOf(force, at.rollout, cloth.num_dofs()), at.i,
+  AddTo(RowAt(force, at.rollout, cloth.num_dofs()), at.i,
         VertexForce(Contact(cloth.contact), at.area, at.x));
 }
 
@@ -70,7 +70,7 @@ template <class Contact>
 __global__ void __launch_bounds__(kReduceThreads)
     AddContactEnergy(ClothView cloth, ShapeBatch batch, double* sums) {
   const int slot = blockIdx.x;
-  const double* x = RowOf(batch.x, RolloutAt(batch, slot), cloth.num_dofs());
+  const double* x = RowAt(batch.x, RolloutAt(batch, slot), cloth.num_dofs());
   double energy = 0.0;
   for (int i = threadIdx.x; i < cloth.num_vertices; i += kReduceThreads)
     energy += VertexEnergy(Contact(cloth.contact), cloth.vertex_area[i], LoadVec3(x, i));
@@ -98,7 +98,7 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   double block[9] = {};
   AddVertexStepDerivative(Contact(cloth.contact), at.area, at.x,
-                          LoadVec3(RowOf(w, at.slot, cloth.num_dofs()), at.i), h, block);
+                          LoadVec3(RowAt(w, at.slot, cloth.num_dofs()), at.i), h, block);
   const std::int64_t b = cloth.entry_block[cloth.diagonal_entry[at.i]];
   AddBlock(block, blocks + 9 * (static_cast<std::int64_t>(at.slot) * cloth.num_blocks + b));
 }
@@ -111,9 +111,9 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   double block[9] = {};
   AddVertexStepDerivative(Contact(cloth.contact), at.area, at.x,
-                          LoadVec3(RowOf(w, at.slot, cloth.num_dofs()), at.i), h, block);
-  const Vec3<double> l = LoadVec3(RowOf(lambda, at.slot, cloth.num_dofs()), at.i);
-  AddTo(RowOf(adj_x, at.slot, cloth.num_dofs()), at.i,
+                          LoadVec3(RowAt(w, at.slot, cloth.num_dofs()), at.i), h, block);
+  const Vec3<double> l = LoadVec3(RowAt(lambda, at.slot, cloth.num_dofs()), at.i);
+  AddTo(RowAt(adj_x, at.slot, cloth.num_dofs()), at.i,
         {block[0] * l.x + block[3] * l.y + block[6] * l.z,
          block[1] * l.x + block[4] * l.y + block[7] * l.z,
          block[2] * l.x + block[5] * l.y + block[8] * l.z});
@@ -126,7 +126,7 @@ __global__ void __launch_bounds__(kElementThreads)
   ContactVertex at;
   if (!FindVertex(cloth, batch, &at)) return;
   const double length = scale.by_slot == nullptr ? scale.scale : scale.by_slot[at.slot];
-  double* to = RowOf(direction, at.slot, cloth.num_dofs()) + 3 * at.i;
+  double* to = RowAt(direction, at.slot, cloth.num_dofs()) + 3 * at.i;
   const double share =
       SafeShare(Contact(cloth.contact), at.x, {length * to[0], length * to[1], length * to[2]});
   if (share == 1.0) return;

@@ -119,11 +119,11 @@ __global__ void __launch_bounds__(kElementThreads)
     StoreBlock(block, matrix + 9LL * slot * cloth.num_entries, entry, stage);
   }
   if (const int i = item - padded_entries; rhs != nullptr && i >= 0 && i < cloth.num_vertices) {
-    const double* x = RowOf(batch.x, rollout, cloth.num_dofs());
+    const double* x = RowAt(batch.x, rollout, cloth.num_dofs());
     const double mass = material.density * cloth.vertex_area[i];
     const Vec3<double> force = ForceOnVertex(cloth, material, records, x, i);
-    const Vec3<double> sum = mass * LoadVec3(RowOf(v, slot, cloth.num_dofs()), i) + h * force;
-    StoreVec3(RowOf(rhs, slot, cloth.num_dofs()), i, sum);
+    const Vec3<double> sum = mass * LoadVec3(RowAt(v, slot, cloth.num_dofs()), i) + h * force;
+    StoreVec3(RowAt(rhs, slot, cloth.num_dofs()), i, sum);
   }
 }
 
@@ -133,8 +133,8 @@ __global__ void __launch_bounds__(kElementThreads)
   if (i >= cloth.num_vertices) return;
   const int rollout = RolloutAt(batch, slot);
   const Vec3<double> sum = ForceOnVertex(cloth, batch.material[rollout], records.From(cloth, slot),
-                                         RowOf(batch.x, rollout, cloth.num_dofs()), i);
-  StoreVec3(RowOf(force, rollout, cloth.num_dofs()), i, sum);
+                                         RowAt(batch.x, rollout, cloth.num_dofs()), i);
+  StoreVec3(RowAt(force, rollout, cloth.num_dofs()), i, sum);
 }
 
 __global__ void Advance(int num_dofs, StepState state, const double* solution, double h,

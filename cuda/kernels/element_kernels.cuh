@@ -17,7 +17,7 @@ __device__ __forceinline__ int RolloutAt(const ShapeBatch& batch, int slot) {
 }
 // A row of a matrix with `size` columns.
 template <class T>
-__device__ __forceinline__ T* RowOf(T* rows, int row, int size) {
+__device__ __forceinline__ T* RowAt(T* rows, int row, int size) {
   return rows + static_cast<std::int64_t>(row) * size;
 }
 
@@ -50,7 +50,7 @@ __device__ __forceinline__ ElementThread FindElement(const ClothView& cloth,
           is_hinge,
           first + static_cast<int>(threadIdx.x),
           batch.material[rollout],
-          RowOf(batch.x, rollout, cloth.num_dofs())};
+          RowAt(batch.x, rollout, cloth.num_dofs())};
 }
 
 // Launches kernel(arguments...) with a thread for each of `count` items of each slot.

@@ -29,7 +29,7 @@ __global__ void __launch_bounds__(kElementThreads)
   __shared__ Stage stage;
   const ElementThread at = FindElement(cloth, batch);
   const DerivativeRecords records = all_records.From(cloth, at.slot);
-  const double* w = RowOf(all_w, at.slot, cloth.num_dofs());
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
   if (!at.is_hinge) {
     const int f = min(at.i, cloth.num_faces - 1);
     FaceDerivative record;
@@ -91,7 +91,7 @@ __global__ void __launch_bounds__(kElementThreads)
   const ElementThread at = FindElement(cloth, batch);
   const MaterialView& weight = weights[at.rollout];
   const FactorRecords records = all_records.From(cloth, at.slot);
-  const double* w = RowOf(all_w, at.slot, cloth.num_dofs());
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
   if (!at.is_hinge) {
     const int f = min(at.i, cloth.num_faces - 1);
     const FaceSensitivity s =

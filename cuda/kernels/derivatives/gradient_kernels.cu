@@ -116,8 +116,8 @@ __global__ void __launch_bounds__(kElementThreads)
                     const double* all_w, double h, const double* all_lambda, GradientView gradient,
                     int columns) {
   const ElementThread at = FindElement(cloth, batch);
-  const double* w = RowOf(all_w, at.slot, cloth.num_dofs());
-  const double* lambda = RowOf(all_lambda, at.slot, cloth.num_dofs() * columns);
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
+  const double* lambda = RowAt(all_lambda, at.slot, cloth.num_dofs() * columns);
   if (!at.is_hinge) {
     FaceGradient(cloth, at, stretch, w, h, lambda, columns,
                  gradient.stretch + gradient.stretch_start[at.slot]);
@@ -177,8 +177,8 @@ __global__ void __launch_bounds__(kElementThreads)
                       AdjointRecords all_records, GradientView gradient) {
   const ElementThread at = FindElement(cloth, batch);
   const AdjointRecords records = all_records.From(cloth, at.slot);
-  const double* w = RowOf(all_w, at.slot, cloth.num_dofs());
-  const double* lambda = RowOf(all_lambda, at.slot, cloth.num_dofs());
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
+  const double* lambda = RowAt(all_lambda, at.slot, cloth.num_dofs());
   if (!at.is_hinge) {
     AdjointOfFace(cloth, at, stretch, w, h, lambda, records.faces,
                   gradient.stretch + gradient.stretch_start[at.slot]);
@@ -194,7 +194,7 @@ __global__ void __launch_bounds__(kElementThreads)
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i >= cloth.num_vertices) return;
   const AdjointRecords records = all_records.From(cloth, slot);
-  const Vec3<double> lambda = LoadVec3(RowOf(all_lambda, slot, cloth.num_dofs()), i);
+  const Vec3<double> lambda = LoadVec3(RowAt(all_lambda, slot, cloth.num_dofs()), i);
   Vec3<double> sum = (-h * cloth.handle[i]) * lambda;
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_vertex.item[k]);
@@ -207,9 +207,9 @@ __global__ void __launch_bounds__(kElementThreads)
       sum += (face.area * shape.u) * by_area.u + (face.area * shape.v) * by_area.v;
     }
   }
-  AddTo(RowOf(all_x, slot, cloth.num_dofs()), i, sum);
+  AddTo(RowAt(all_x, slot, cloth.num_dofs()), i, sum);
   const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[i];
-  StoreVec3(RowOf(all_v, slot, cloth.num_dofs()), i, mass * lambda);
+  StoreVec3(RowAt(all_v, slot, cloth.num_dofs()), i, mass * lambda);
 }
 
 }  // namespace

@@ -164,7 +164,7 @@ __global__ void __launch_bounds__(kElementThreads)
       sum += factor * (shape.u * face.basis[m].u + shape.v * face.basis[m].v);
     }
   }
-  StoreVec3(RowOf(rhs, slot, cloth.num_dofs()), i, sum);
+  StoreVec3(RowAt(rhs, slot, cloth.num_dofs()), i, sum);
 }
 
 __global__ void LoadHistory(const HistorySlot* history, const int* step, double* x, double* v,

@@ -71,10 +71,10 @@ __global__ void __launch_bounds__(kReduceThreads)
             double* sums) {
   const int slot = blockIdx.x, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
-  const double* x = RowOf(shapes.x, rollout, cloth.num_dofs());
-  const double* force = RowOf(shapes.force, rollout, cloth.num_dofs());
+  const double* x = RowAt(shapes.x, rollout, cloth.num_dofs());
+  const double* force = RowAt(shapes.force, rollout, cloth.num_dofs());
   const FaceRecord* faces = records.From(cloth, slot).faces;
-  StretchStress<double>* stress = RowOf(shapes.stress, rollout, cloth.num_faces);
+  StretchStress<double>* stress = RowAt(shapes.stress, rollout, cloth.num_faces);
   double energy = 0.0, square = 0.0;
   for (int f = threadIdx.x; f < cloth.num_faces; f += kReduceThreads) {
     stress[f] = Stress(faces[f].k, faces[f].k.G);
@@ -98,12 +98,12 @@ __global__ void __launch_bounds__(kReduceThreads)
 
 __global__ void GatherRows(int dofs, const int* rollout, const double* from, double* to) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (i < dofs) RowOf(to, slot, dofs)[i] = RowOf(from, rollout[slot], dofs)[i];
+  if (i < dofs) RowAt(to, slot, dofs)[i] = RowAt(from, rollout[slot], dofs)[i];
 }
 
 __global__ void ScatterRows(int dofs, const int* rollout, const double* from, double* to) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (i < dofs) RowOf(to, rollout[slot], dofs)[i] = RowOf(from, slot, dofs)[i];
+  if (i < dofs) RowAt(to, rollout[slot], dofs)[i] = RowAt(from, slot, dofs)[i];
 }
 
 __global__ void __launch_bounds__(kReduceThreads)
@@ -127,10 +127,10 @@ __global__ void __launch_bounds__(kElementThreads)
   const int rollout = RolloutAt(batch, slot);
   const Face& face = cloth.faces[f];
   const DeformationGradient<double> F =
-      GatherColumns(face, RowOf(batch.x, rollout, cloth.num_dofs()));
-  DeformationGradient<double> dF = GatherColumns(face, RowOf(all_dx, slot, cloth.num_dofs()));
+      GatherColumns(face, RowAt(batch.x, rollout, cloth.num_dofs()));
+  DeformationGradient<double> dF = GatherColumns(face, RowAt(all_dx, slot, cloth.num_dofs()));
   dF = {scales[slot] * dF.u, scales[slot] * dF.v};
-  RowOf(geometric, rollout, cloth.num_faces)[f] = ExtrapolatedStress(
+  RowAt(geometric, rollout, cloth.num_faces)[f] = ExtrapolatedStress(
       law, Green(F), StretchTableAt(batch.material[rollout], f), StrainRate(F, dF));
 }
 
@@ -138,7 +138,7 @@ __global__ void AddStep(int dofs, ShapeBatch batch, const double* dx, const doub
                         double* x) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i < dofs)
-    RowOf(x, RolloutAt(batch, slot), dofs)[i] += scales[slot] * RowOf(dx, slot, dofs)[i];
+    RowAt(x, RolloutAt(batch, slot), dofs)[i] += scales[slot] * RowAt(dx, slot, dofs)[i];
 }
 
 __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction* actions,
@@ -191,8 +191,8 @@ __global__ void CgwAdvance(int dofs, const double* weights, const double* step, 
 
 __global__ void __launch_bounds__(kReduceThreads)
     PowerStep(int dofs, double* all_images, double* all_directions, double* radius) {
-  double* image = RowOf(all_images, blockIdx.x, dofs);
-  double* direction = RowOf(all_directions, blockIdx.x, dofs);
+  double* image = RowAt(all_images, blockIdx.x, dofs);
+  double* direction = RowAt(all_directions, blockIdx.x, dofs);
   double old_square = 0.0, square = 0.0;
   for (int i = threadIdx.x; i < dofs; i += kReduceThreads) {
     image[i] += direction[i];
