@@ -58,6 +58,12 @@ void CopyToHost(const T* from, std::span<T> to) {
   if (to.empty()) return;
   CUDA_CHECK(cudaMemcpy(to.data(), from, to.size_bytes(), cudaMemcpyDeviceToHost));
 }
+template <class T>
+std::vector<T> Download(const T* from, std::size_t count) {
+  std::vector<T> host(count);
+  CopyToHost<T>(from, host);
+  return host;
+}
 
 // Device memory of `size` numbers, of the device that is current when it is made. Move-only.
 template <class T>

@@ -161,10 +161,8 @@ GradientView DeviceGradient::From(int first) {
 
 MaterialGradient DeviceGradient::Collect(const RolloutInput& input, int i, int m) {
   if (host_stretch_.empty() && host_bend_.empty()) {
-    host_stretch_.resize(stretch_.size());
-    host_bend_.resize(bend_.size());
-    CopyToHost<double>(stretch_.data(), host_stretch_);
-    CopyToHost<double>(bend_.data(), host_bend_);
+    host_stretch_ = Download(stretch_.data(), stretch_.size());
+    host_bend_ = Download(bend_.data(), bend_.size());
   }
   MaterialGradient gradient = MaterialGradient::Zero(*input.material, m);
   const auto part = [&](const std::vector<double>& all, const std::vector<std::int64_t>& start) {

@@ -149,8 +149,7 @@ std::vector<char> SolveStiffness(const DeviceResources& resources, const Implici
     dots(w.residual, w.residual);
     recurrences.Judge(numbers);
   }
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
+  const std::vector<int> failed = Download(w.step.failed, slots);
   std::vector<char> solved(slots);
   for (int s = 0; s < slots; ++s) solved[s] = failed[s] == 0 && recurrences.IsSolved(s);
   return solved;
@@ -257,8 +256,7 @@ class BatchNewton {
     LaunchGatherForce(on, records, here_.force);
     LaunchMeasure(on, records, here_, workspace_.sums);
     resources_.streams().Synchronize();
-    std::vector<double> sums(2 * rollouts.size());
-    CopyToHost<double>(workspace_.sums, sums);
+    const std::vector<double> sums = Download(workspace_.sums, 2 * rollouts.size());
     std::vector<Measured> measured;
     for (std::size_t s = 0; s < rollouts.size(); ++s)
       measured.push_back({std::sqrt(sums[2 * s]) / weight_[rollouts[s]], sums[2 * s + 1]});
@@ -273,8 +271,7 @@ class BatchNewton {
     LaunchGatherRows(on, workspace_.dx, dx);
     LaunchLargestMove(on, dx, workspace_.move);
     resources_.streams().Synchronize();
-    std::vector<double> scale(on.batch.slots);
-    CopyToHost<double>(workspace_.move, scale);
+    std::vector<double> scale = Download(workspace_.move, on.batch.slots);
     for (int s = 0; s < on.batch.slots; ++s) scale[s] = controls_[stepping[s]].Scale(scale[s]);
     CopyToDevice<double>(scale, workspace_.scale);
     LaunchShortenMoves(on, {workspace_.scale, 0.0}, dx, nullptr);
@@ -327,9 +324,7 @@ class BatchNewton {
                                 w.step.solution, slots, slots, on.stream);
     LaunchScatterRows(on, w.step.solution, workspace_.dx);
     resources_.streams().Synchronize();
-    std::vector<int> failed(slots);
-    CopyToHost<int>(w.step.failed, failed);
-    return failed;
+    return Download(w.step.failed, slots);
   }
 
   ShapeAction Judge(int r, const Measured& measured) {
@@ -361,7 +356,7 @@ class BatchNewton {
     const LaunchContext on = On(converged);
     const int slots = on.batch.slots;
     FactorStiffness(resources_, w, on.batch);
-    std::vector<double> directions(std::size_t{1} * slots * dofs_), radius(slots);
+    std::vector<double> directions(std::size_t{1} * slots * dofs_);
     const RowMatrix start = AsymmetryStart(dofs_);
     for (int s = 0; s < slots; ++s)
       cloth_.ToEliminationOrder(start.data(), 1, 1, directions.data() + std::size_t{1} * s * dofs_);
@@ -373,9 +368,8 @@ class BatchNewton {
       LaunchPowerStep(on, w.rhs, w.x, w.dots);
     }
     resources_.streams().Synchronize();
-    CopyToHost<double>(w.dots, radius);
-    std::vector<int> failed(slots);
-    CopyToHost<int>(w.step.failed, failed);
+    const std::vector<double> radius = Download(w.dots, slots);
+    const std::vector<int> failed = Download(w.step.failed, slots);
     for (int s = 0; s < slots; ++s)
       (*status)[converged[s]] = controls_[converged[s]].Conclude(
           failed[s] == 0 ? std::optional(radius[s]) : std::nullopt);
@@ -384,9 +378,8 @@ class BatchNewton {
   void Collect(const std::vector<int>& converged, const std::vector<EquilibriumStatus>& status,
                std::span<EquilibriumResult> results) const {
     const std::size_t dofs = dofs_;
-    std::vector<double> here(count_ * dofs), best(here.size());
-    CopyToHost<double>(here_.x, here);
-    CopyToHost<double>(best_.x, best);
+    const std::vector<double> here = Download(here_.x, count_ * dofs);
+    const std::vector<double> best = Download(best_.x, here.size());
     std::vector<char> at_rest(count_);
     for (const int r : converged) at_rest[r] = 1;
     for (int r = 0; r < count_; ++r) {
@@ -441,8 +434,7 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
     LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
     fill_rhs(on, w);
     const std::vector<char> solved = SolveStiffness(resources, w, shapes, false, columns);
-    std::vector<double> host(count * numbers);
-    CopyToHost<double>(w.x, host);
+    const std::vector<double> host = Download(w.x, count * numbers);
     for (std::size_t i = 0; i < count; ++i) {
       Result& result = results[first + i];
       result = Result();

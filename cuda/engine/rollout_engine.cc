@@ -199,9 +199,8 @@ void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
                         std::span<const RolloutInput> batch, int steps,
                         std::span<Recording> recordings) {
   const int dofs = cloth.view().num_dofs();
-  std::vector<double> x(history.x.size()), v(x.size());
-  CopyToHost<double>(history.x.data(), x);
-  CopyToHost<double>(history.v.data(), v);
+  const std::vector<double> x = Download(history.x.data(), history.x.size());
+  const std::vector<double> v = Download(history.v.data(), x.size());
   for (std::size_t i = 0; i < batch.size(); ++i) {
     recordings[i].x.assign(steps, Eigen::VectorXd(dofs));
     recordings[i].v.assign(1, batch[i].start->v);
@@ -332,8 +331,7 @@ RolloutRun RunRollouts(DeviceResources& resources, std::span<const RolloutInput>
 void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, int wanted_steps,
                  std::span<RolloutResult* const> results, std::span<char> failed) {
   resources.DownloadEnds(w.x, w.v, results);
-  std::vector<int> flags(results.size());
-  CopyToHost<int>(w.failed, flags);
+  const std::vector<int> flags = Download(w.failed, results.size());
   for (std::size_t i = 0; i < results.size(); ++i) {
     failed[i] = flags[i] != 0;
     RolloutResult& result = *results[i];
@@ -345,8 +343,7 @@ void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, 
 void DownloadTangents(const DeviceResources& resources, const double* from,
                       std::span<TangentResult> results, RowMatrix TangentResult::*part) {
   const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * kPaddedEntries;
-  std::vector<double> host(results.size() * columns);
-  CopyToHost<double>(from, host);
+  const std::vector<double> host = Download(from, results.size() * columns);
 #pragma omp parallel for num_threads(resources.threads())
   for (std::size_t i = 0; i < results.size(); ++i) {
     RowMatrix& to = results[i].*part;
@@ -389,9 +386,7 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   });
   const int done = resources.RunSteps(step, steps, options.cancel);
   streams.Synchronize();
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
-  return {w.adj_x, w.adj_v, std::move(sums), std::move(failed), done};
+  return {w.adj_x, w.adj_v, std::move(sums), Download(w.step.failed, slots), done};
 }
 
 }  // namespace
