@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "cuda/device/device_buffer.h"
-
 namespace drape {
 namespace {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 
 namespace drape {
 namespace {
@@ -161,10 +161,8 @@ GradientView DeviceGradient::From(int first) {
 
 MaterialGradient DeviceGradient::Collect(const RolloutInput& input, int i, int m) {
   if (host_stretch_.empty() && host_bend_.empty()) {
-    host_stretch_.resize(stretch_.size());
-    host_bend_.resize(bend_.size());
-    CopyToHost<double>(stretch_.data(), host_stretch_);
-    CopyToHost<double>(bend_.data(), host_bend_);
+    host_stretch_ = Download(stretch_.data(), stretch_.size());
+    host_bend_ = Download(bend_.data(), bend_.size());
   }
   MaterialGradient gradient = MaterialGradient::Zero(*input.material, m);
   const auto part = [&](const std::vector<double>& all, const std::vector<std::int64_t>& start) {
@@ -196,7 +194,7 @@ StepWorkspace StepWorkspace::Take(Arena& arena, const DeviceCloth& cloth, int sl
 void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
                      const StepWorkspace& w, int first, double h) {
   const std::int64_t dofs = static_cast<std::int64_t>(first) * on.cloth.num_dofs();
-  const StepRecords records = w.RecordsFrom(on.cloth, first);
+  const StepRecords records = w.records.From(on.cloth, first);
   LaunchElementRecords(on, records);
   LaunchGatherStep(on, records, w.v + dofs, h, w.MatrixFrom(multifrontal.view(), first),
                    w.rhs + dofs);
@@ -206,7 +204,7 @@ void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
 
 void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
                       const StepWorkspace& w, int first, double h, double* rhs) {
-  const StepRecords records = w.RecordsFrom(on.cloth, first);
+  const StepRecords records = w.records.From(on.cloth, first);
   LaunchElementRecords(on, records);
   LaunchGatherStep(on, records, nullptr, h, w.MatrixFrom(multifrontal.view(), first), nullptr);
   multifrontal.FactorAndSolve(w.FactorFrom(multifrontal.view(), first), rhs, rhs, on.batch.slots,

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "cuda/device/device.h"
-#include "cuda/device/device_buffer.h"
 #include "cuda/kernels/cloth/cloth_view.h"
 #include "cuda/kernels/cloth/device_cloth.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
@@ -116,10 +115,7 @@ struct StepWorkspace {
 
   static StepWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots);
 
-  // The records of the slots from `first` on.
-  StepRecords RecordsFrom(const ClothView& cloth, std::int64_t first) const {
-    return {records.faces + first * cloth.num_faces, records.hinges + first * cloth.num_hinges};
-  }
+  // The numbers of the slots from `first` on.
   double* MatrixFrom(const PlanView& plan, std::int64_t first) const {
     return matrix + first * 9 * plan.num_entries;
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cuda/engine/device_resources.h"
-#include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 #include "cuda/kernels/statics/statics_kernels.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/simulation/statics/statics.h"
@@ -149,8 +149,7 @@ std::vector<char> SolveStiffness(const DeviceResources& resources, const Implici
     dots(w.residual, w.residual);
     recurrences.Judge(numbers);
   }
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
+  const std::vector<int> failed = Download(w.step.failed, slots);
   std::vector<char> solved(slots);
   for (int s = 0; s < slots; ++s) solved[s] = failed[s] == 0 && recurrences.IsSolved(s);
   return solved;
@@ -182,6 +181,9 @@ struct NewtonWorkspace {
   }
 };
 
+// Newton's method for a batch of drapes at rest that fits into the device's memory. The decisions
+// are those of physics/simulation/statics/statics.h, one NewtonControl per rollout; the shapes stay
+// on the device.
 class BatchNewton {
  public:
   BatchNewton(DeviceResources& resources, std::span<const RolloutInput> batch,
@@ -254,8 +256,7 @@ class BatchNewton {
     LaunchGatherForce(on, records, here_.force);
     LaunchMeasure(on, records, here_, workspace_.sums);
     resources_.streams().Synchronize();
-    std::vector<double> sums(2 * rollouts.size());
-    CopyToHost<double>(workspace_.sums, sums);
+    const std::vector<double> sums = Download(workspace_.sums, 2 * rollouts.size());
     std::vector<Measured> measured;
     for (std::size_t s = 0; s < rollouts.size(); ++s)
       measured.push_back({std::sqrt(sums[2 * s]) / weight_[rollouts[s]], sums[2 * s + 1]});
@@ -270,8 +271,7 @@ class BatchNewton {
     LaunchGatherRows(on, workspace_.dx, dx);
     LaunchLargestMove(on, dx, workspace_.move);
     resources_.streams().Synchronize();
-    std::vector<double> scale(on.batch.slots);
-    CopyToHost<double>(workspace_.move, scale);
+    std::vector<double> scale = Download(workspace_.move, on.batch.slots);
     for (int s = 0; s < on.batch.slots; ++s) scale[s] = controls_[stepping[s]].Scale(scale[s]);
     CopyToDevice<double>(scale, workspace_.scale);
     LaunchShortenMoves(on, {workspace_.scale, 0.0}, dx, nullptr);
@@ -324,9 +324,7 @@ class BatchNewton {
                                 w.step.solution, slots, slots, on.stream);
     LaunchScatterRows(on, w.step.solution, workspace_.dx);
     resources_.streams().Synchronize();
-    std::vector<int> failed(slots);
-    CopyToHost<int>(w.step.failed, failed);
-    return failed;
+    return Download(w.step.failed, slots);
   }
 
   ShapeAction Judge(int r, const Measured& measured) {
@@ -358,7 +356,7 @@ class BatchNewton {
     const LaunchContext on = On(converged);
     const int slots = on.batch.slots;
     FactorStiffness(resources_, w, on.batch);
-    std::vector<double> directions(std::size_t{1} * slots * dofs_), radius(slots);
+    std::vector<double> directions(std::size_t{1} * slots * dofs_);
     const RowMatrix start = AsymmetryStart(dofs_);
     for (int s = 0; s < slots; ++s)
       cloth_.ToEliminationOrder(start.data(), 1, 1, directions.data() + std::size_t{1} * s * dofs_);
@@ -370,9 +368,8 @@ class BatchNewton {
       LaunchPowerStep(on, w.rhs, w.x, w.dots);
     }
     resources_.streams().Synchronize();
-    CopyToHost<double>(w.dots, radius);
-    std::vector<int> failed(slots);
-    CopyToHost<int>(w.step.failed, failed);
+    const std::vector<double> radius = Download(w.dots, slots);
+    const std::vector<int> failed = Download(w.step.failed, slots);
     for (int s = 0; s < slots; ++s)
       (*status)[converged[s]] = controls_[converged[s]].Conclude(
           failed[s] == 0 ? std::optional(radius[s]) : std::nullopt);
@@ -381,9 +378,8 @@ class BatchNewton {
   void Collect(const std::vector<int>& converged, const std::vector<EquilibriumStatus>& status,
                std::span<EquilibriumResult> results) const {
     const std::size_t dofs = dofs_;
-    std::vector<double> here(count_ * dofs), best(here.size());
-    CopyToHost<double>(here_.x, here);
-    CopyToHost<double>(best_.x, best);
+    const std::vector<double> here = Download(here_.x, count_ * dofs);
+    const std::vector<double> best = Download(best_.x, here.size());
     std::vector<char> at_rest(count_);
     for (const int r : converged) at_rest[r] = 1;
     for (int r = 0; r < count_; ++r) {
@@ -411,37 +407,20 @@ class BatchNewton {
   std::vector<Measured> measured_, best_measured_, start_;
 };
 
-// Newton's method for a batch of drapes at rest that fits into the device's memory: the decisions
-// are those of physics/simulation/statics/statics.h, one NewtonControl per rollout, the shapes stay
-// on the device.
-void FindEquilibria(DeviceResources& resources, std::span<const RolloutInput> batch,
-                    const EquilibriumOptions& options, std::span<EquilibriumResult> results) {
-  BatchNewton(resources, batch, options).Run(results);
-}
-
-// Takes what FindEquilibria needs for n rollouts, to learn how large it is.
-void TakeNewtonWorkspace(Arena& arena, const DeviceCloth& cloth, int n) {
-  NewtonWorkspace workspace{};
-  workspace.Take(arena, cloth, n);
-}
-
-// A chunk on the device, valid until the resources' next batch.
-struct TangentRun {
-  const double* dx;          // [3V, columns] a slot
-  std::vector<char> solved;  // of each slot
-};
-using VisitTangents =
-    std::function<void(std::size_t first, std::size_t count, const TangentRun& run)>;
 // Right-hand sides of a chunk: ∂f/∂p of the shapes.
 using FillRhs = std::function<void(const LaunchContext& on, const ImplicitWorkspace& workspace)>;
 
-// Solves for chunks of the batch, `columns` right-hand sides each.
+// Solves for chunks of the batch, `columns` right-hand sides each, of which the results keep the
+// first `used`; a result is empty where it is not solved.
+template <class Result>
 void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch,
-                 std::span<const MaterialField* const> weights, int columns,
-                 const FillRhs& fill_rhs, const VisitTangents& visit) {
+                 std::span<const MaterialField* const> weights, int used, int columns,
+                 const FillRhs& fill_rhs, std::span<Result> results) {
+  const DeviceCloth& cloth = resources.cloth();
+  const std::size_t dofs = cloth.view().num_dofs(), numbers = dofs * columns;
   ImplicitWorkspace w{};
   const auto take = [&](Arena& arena, int n) {
-    w = ImplicitWorkspace::Take(arena, resources.cloth(), n, columns, true);
+    w = ImplicitWorkspace::Take(arena, cloth, n, columns, true);
   };
   resources.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
     const int slots = static_cast<int>(count);
@@ -454,7 +433,15 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
     FactorStiffness(resources, w, shapes);
     LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
     fill_rhs(on, w);
-    visit(first, count, {w.x, SolveStiffness(resources, w, shapes, false, columns)});
+    const std::vector<char> solved = SolveStiffness(resources, w, shapes, false, columns);
+    const std::vector<double> host = Download(w.x, count * numbers);
+    for (std::size_t i = 0; i < count; ++i) {
+      Result& result = results[first + i];
+      result = Result();
+      if (!solved[i]) continue;
+      result.resize(dofs, used);
+      cloth.ToMeshOrder(host.data() + i * numbers, used, columns, result.data());
+    }
   });
 }
 
@@ -463,58 +450,35 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
 void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
                                    const EquilibriumOptions& options,
                                    std::span<EquilibriumResult> results) {
-  resources_.ForEachChunk(
-      batch.size(),
-      [&](Arena& arena, int slots) { TakeNewtonWorkspace(arena, resources_.cloth(), slots); }, 0,
-      [&](std::size_t first, std::size_t count) {
-        FindEquilibria(resources_, batch.subspan(first, count), options,
-                       results.subspan(first, count));
-      });
+  const auto take = [&](Arena& arena, int slots) {
+    NewtonWorkspace().Take(arena, resources_.cloth(), slots);
+  };
+  resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
+    BatchNewton(resources_, batch.subspan(first, count), options)
+        .Run(results.subspan(first, count));
+  });
 }
 
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<const MaterialField* const> weights,
                                  std::span<RowMatrix> results) {
-  const int dofs = resources_.view().num_dofs();
-  const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
   SolveChunks(
-      resources_, batch, weights, kPaddedEntries,
+      resources_, batch, weights, kMaterialEntries, kPaddedEntries,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
       },
-      [&](std::size_t first, std::size_t count, const TangentRun& run) {
-        std::vector<double> host(count * columns);
-        CopyToHost<double>(run.dx, host);
-        for (std::size_t i = 0; i < count; ++i) {
-          RowMatrix& result = results[first + i];
-          result = RowMatrix();
-          if (!run.solved[i]) continue;
-          result.resize(dofs, kMaterialEntries);
-          resources_.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries,
-                                         kPaddedEntries, result.data());
-        }
-      });
+      results);
 }
 
 void EquilibriumEngine::Jvp(std::span<const RolloutInput> batch,
                             std::span<const MaterialField* const> changes,
                             std::span<Eigen::VectorXd> results) {
-  const std::size_t dofs = resources_.view().num_dofs();
   SolveChunks(
-      resources_, batch, changes, 1,
+      resources_, batch, changes, 1, 1,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchDirectionRhs(on, w.factors, w.rhs);
       },
-      [&](std::size_t first, std::size_t count, const TangentRun& run) {
-        std::vector<double> host(count * dofs);
-        CopyToHost<double>(run.dx, host);
-        for (std::size_t i = 0; i < count; ++i) {
-          Eigen::VectorXd& result = results[first + i];
-          result.resize(run.solved[i] ? dofs : 0);
-          if (run.solved[i])
-            resources_.cloth().ToMeshOrder(host.data() + i * dofs, 1, 1, result.data());
-        }
-      });
+      results);
 }
 
 void EquilibriumEngine::Adjoints(std::span<const RolloutInput> batch,

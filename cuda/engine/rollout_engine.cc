@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
+#include "cuda/kernels/element_kernels.h"
 
 namespace drape {
 namespace {
@@ -33,15 +33,6 @@ struct TangentWorkspace {
     w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * kPaddedEntries);
     return w;
   }
-
-  // Pieces of the slots from `first` on.
-  DerivativeRecords DerivativesFrom(const ClothView& cloth, std::int64_t first) const {
-    return {derivatives.faces + first * cloth.num_faces,
-            derivatives.hinges + first * cloth.num_hinges};
-  }
-  FactorRecords FactorsFrom(const ClothView& cloth, std::int64_t first) const {
-    return {factors.faces + first * cloth.num_faces, factors.hinges + first * cloth.num_hinges};
-  }
 };
 
 // A step of a group of slots, from `first` on, and of its derivatives.
@@ -53,8 +44,8 @@ void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal
   const double* found = w.step.solution + first * dofs;
   double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
   double* blocks = w.blocks + first * 9 * on.cloth.num_blocks;
-  const DerivativeRecords derivatives = w.DerivativesFrom(on.cloth, first);
-  const FactorRecords factors = w.FactorsFrom(on.cloth, first);
+  const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
+  const FactorRecords factors = w.factors.From(on.cloth, first);
   LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
   LaunchDerivativeRecords(on, found, h, derivatives);
   LaunchFactorRecords(on, scales, found, h, factors);
@@ -153,15 +144,13 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
                        {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
                        on.batch.slots, on.stream);
   if (m == 1) {
-    const AdjointRecords records{w.single.faces + 1LL * first * on.cloth.num_faces,
-                                 w.single.hinges + 1LL * first * on.cloth.num_hinges};
+    const AdjointRecords records = w.single.From(on.cloth, first);
     LaunchAdjointRecords(on, end_v, back.h, lambda, records, back.sums.From(first));
     LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
     return;
   }
   double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
-  const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * on.cloth.num_faces,
-                                      w.derivatives.hinges + 1LL * first * on.cloth.num_hinges};
+  const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
   LaunchDerivativeRecords(on, end_v, back.h, derivatives);
   LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
   LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
@@ -210,9 +199,8 @@ void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
                         std::span<const RolloutInput> batch, int steps,
                         std::span<Recording> recordings) {
   const int dofs = cloth.view().num_dofs();
-  std::vector<double> x(history.x.size()), v(x.size());
-  CopyToHost<double>(history.x.data(), x);
-  CopyToHost<double>(history.v.data(), v);
+  const std::vector<double> x = Download(history.x.data(), history.x.size());
+  const std::vector<double> v = Download(history.v.data(), x.size());
   for (std::size_t i = 0; i < batch.size(); ++i) {
     recordings[i].x.assign(steps, Eigen::VectorXd(dofs));
     recordings[i].v.assign(1, batch[i].start->v);
@@ -343,8 +331,7 @@ RolloutRun RunRollouts(DeviceResources& resources, std::span<const RolloutInput>
 void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, int wanted_steps,
                  std::span<RolloutResult* const> results, std::span<char> failed) {
   resources.DownloadEnds(w.x, w.v, results);
-  std::vector<int> flags(results.size());
-  CopyToHost<int>(w.failed, flags);
+  const std::vector<int> flags = Download(w.failed, results.size());
   for (std::size_t i = 0; i < results.size(); ++i) {
     failed[i] = flags[i] != 0;
     RolloutResult& result = *results[i];
@@ -356,8 +343,7 @@ void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, 
 void DownloadTangents(const DeviceResources& resources, const double* from,
                       std::span<TangentResult> results, RowMatrix TangentResult::*part) {
   const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * kPaddedEntries;
-  std::vector<double> host(results.size() * columns);
-  CopyToHost<double>(from, host);
+  const std::vector<double> host = Download(from, results.size() * columns);
 #pragma omp parallel for num_threads(resources.threads())
   for (std::size_t i = 0; i < results.size(); ++i) {
     RowMatrix& to = results[i].*part;
@@ -400,9 +386,7 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   });
   const int done = resources.RunSteps(step, steps, options.cancel);
   streams.Synchronize();
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
-  return {w.adj_x, w.adj_v, std::move(sums), std::move(failed), done};
+  return {w.adj_x, w.adj_v, std::move(sums), Download(w.step.failed, slots), done};
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "cuda/device/device_buffer.h"
 #include "cuda/factor/plan/front_plan.h"
 #include "physics/linalg/symbolic_analysis.h"
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "cuda/device/device.h"
-#include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal_kernels.h"
 #include "cuda/factor/plan/front_plan.h"
 #include "physics/linalg/linear_solver.h"

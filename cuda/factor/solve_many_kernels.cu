@@ -5,6 +5,7 @@
 // Y [16·tiles, p] in shared memory: with L21 there too, one block would fill a multiprocessor and
 // nothing would hide its latency (measured: twice the time).
 #include <algorithm>
+#include <initializer_list>
 
 #include "cuda/device/cuda_error.h"
 #include "cuda/factor/multifrontal_kernels.h"
@@ -325,53 +326,40 @@ int TilesOfBlock(int columns) {
   return (tiles + blocks - 1) / blocks;
 }
 
-// launch(tiles as a constant, grid, bytes of Y and of L11 or the staged rows).
-template <class Launch>
-void WithTiles(const LevelRange& level, int columns, int slots, const Launch& launch) {
+// By the tiles of a block.
+const auto kForward = {ForwardManyFronts<1>, ForwardManyFronts<2>, ForwardManyFronts<3>};
+const auto kBackward = {BackwardManyFronts<1>, BackwardManyFronts<2>, BackwardManyFronts<3>};
+
+// Launches the kernel for the tiles of `columns`, with shared memory for Y and for L11 or the
+// staged rows.
+template <class Kernel, class... Arguments>
+void LaunchLevel(const LevelLaunch& on, std::initializer_list<Kernel*> kernels, int columns,
+                 const Arguments&... arguments) {
   const int tiles = TilesOfBlock(columns), width = kColumnTile * tiles;
-  const dim3 grid(level.end - level.begin, slots, (columns + width - 1) / width);
-  const int stride = level.largest_pivots + 4;
-  const int doubles =
-      width * stride + std::max(level.largest_pivots * stride, kStagedRows * (width + 8));
-  const int bytes = doubles * static_cast<int>(sizeof(double));
-  switch (tiles) {
-    case 1:
-      launch(std::integral_constant<int, 1>(), grid, bytes);
-      break;
-    case 2:
-      launch(std::integral_constant<int, 2>(), grid, bytes);
-      break;
-    default:
-      launch(std::integral_constant<int, 3>(), grid, bytes);
-  }
+  const dim3 grid(on.level.end - on.level.begin, on.slots, (columns + width - 1) / width);
+  const int pivots = on.level.largest_pivots, stride = pivots + 4;
+  const int doubles = width * stride + std::max(pivots * stride, kStagedRows * (width + 8));
+  Kernel* const kernel = kernels.begin()[tiles - 1];
+  kernel<<<grid, kThreads, doubles * sizeof(double), on.stream>>>(on.plan, on.level.begin,
+                                                                  arguments..., columns);
   CUDA_CHECK(cudaGetLastError());
 }
 
 }  // namespace
 
 void PrepareSolveManyKernels(int shared_bytes) {
-  AllowSharedMemory(ForwardManyFronts<1>, shared_bytes);
-  AllowSharedMemory(ForwardManyFronts<2>, shared_bytes);
-  AllowSharedMemory(ForwardManyFronts<3>, shared_bytes);
-  AllowSharedMemory(BackwardManyFronts<1>, shared_bytes);
-  AllowSharedMemory(BackwardManyFronts<2>, shared_bytes);
-  AllowSharedMemory(BackwardManyFronts<3>, shared_bytes);
+  for (auto* kernel : kForward) AllowSharedMemory(kernel, shared_bytes);
+  for (auto* kernel : kBackward) AllowSharedMemory(kernel, shared_bytes);
 }
 
 void LaunchForwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
                             double* solution, double* vectors, int columns) {
-  WithTiles(on.level, columns, on.slots, [&](auto tiles, dim3 grid, int bytes) {
-    ForwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, on.stream>>>(
-        on.plan, on.level.begin, factor, rhs, solution, vectors, columns);
-  });
+  LaunchLevel(on, kForward, columns, factor, rhs, solution, vectors);
 }
 
 void LaunchBackwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution,
                              const SolutionSum& sum, int columns) {
-  WithTiles(on.level, columns, on.slots, [&](auto tiles, dim3 grid, int bytes) {
-    BackwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, on.stream>>>(
-        on.plan, on.level.begin, factor, solution, sum, columns);
-  });
+  LaunchLevel(on, kBackward, columns, factor, solution, sum);
 }
 
 }  // namespace drape

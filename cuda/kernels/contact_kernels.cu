@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/device/cuda_error.h"
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
 #include "cuda/kernels/reduce.cuh"
 
 namespace drape {
@@ -19,7 +18,7 @@ __device__ __forceinline__ bool FindVertex(const ClothView& cloth, const ShapeBa
   if (i >= cloth.num_vertices) return false;
   const int rollout = RolloutAt(batch, slot);
   *vertex = {i, slot, rollout, cloth.vertex_area[i],
-             LoadVec3(NodesOf(batch.x, rollout, cloth.num_dofs()), i)};
+             LoadVec3(RowAt(batch.x, rollout, cloth.num_dofs()), i)};
   return true;
 }
 
@@ -41,10 +40,7 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   Vec3<double> place = at.x;
   if (!PushVertexOut(Contact(cloth.contact), place)) return;
-  double* to = NodesOf(x, at.rollout, cloth.num_dofs()) + 3 * at.i;
-  to[0] = place.x;
-  to[1] = place.y;
-  to[2] = place.z;
+  StoreVec3(RowAt(x, at.rollout, cloth.num_dofs()), at.i, place);
 }
 
 template <class Contact>
@@ -56,7 +52,7 @@ __global__ void __launch_bounds__(kElementThreads)
   AddVertexStepStiffness(Contact(cloth.contact), at.area, at.x, h * h, block);
   AddBlock(block, DiagonalEntry(cloth, at, matrix));
   if (rhs != nullptr)
-    AddTo(NodesOf(rhs, at.slot, cloth.num_dofs()), at.i,
+    AddTo(RowAt(rhs, at.slot, cloth.num_dofs()), at.i,
           h * VertexForce(Contact(cloth.contact), at.area, at.x));
 }
 
@@ -65,7 +61,7 @@ __global__ void __launch_bounds__(kElementThreads)
     AddContactForce(ClothView cloth, ShapeBatch batch, double* force) {
   ContactVertex at;
   if (!FindVertex(cloth, batch, &at)) return;
-  AddTo(NodesOf(force, at.rollout, cloth.num_dofs()), at.i,
+  AddTo(RowAt(force, at.rollout, cloth.num_dofs()), at.i,
         VertexForce(Contact(cloth.contact), at.area, at.x));
 }
 
@@ -74,7 +70,7 @@ template <class Contact>
 __global__ void __launch_bounds__(kReduceThreads)
     AddContactEnergy(ClothView cloth, ShapeBatch batch, double* sums) {
   const int slot = blockIdx.x;
-  const double* x = NodesOf(batch.x, RolloutAt(batch, slot), cloth.num_dofs());
+  const double* x = RowAt(batch.x, RolloutAt(batch, slot), cloth.num_dofs());
   double energy = 0.0;
   for (int i = threadIdx.x; i < cloth.num_vertices; i += kReduceThreads)
     energy += VertexEnergy(Contact(cloth.contact), cloth.vertex_area[i], LoadVec3(x, i));
@@ -102,7 +98,7 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   double block[9] = {};
   AddVertexStepDerivative(Contact(cloth.contact), at.area, at.x,
-                          LoadVec3(NodesOf(w, at.slot, cloth.num_dofs()), at.i), h, block);
+                          LoadVec3(RowAt(w, at.slot, cloth.num_dofs()), at.i), h, block);
   const std::int64_t b = cloth.entry_block[cloth.diagonal_entry[at.i]];
   AddBlock(block, blocks + 9 * (static_cast<std::int64_t>(at.slot) * cloth.num_blocks + b));
 }
@@ -115,9 +111,9 @@ __global__ void __launch_bounds__(kElementThreads)
   if (!FindVertex(cloth, batch, &at)) return;
   double block[9] = {};
   AddVertexStepDerivative(Contact(cloth.contact), at.area, at.x,
-                          LoadVec3(NodesOf(w, at.slot, cloth.num_dofs()), at.i), h, block);
-  const Vec3<double> l = LoadVec3(NodesOf(lambda, at.slot, cloth.num_dofs()), at.i);
-  AddTo(NodesOf(adj_x, at.slot, cloth.num_dofs()), at.i,
+                          LoadVec3(RowAt(w, at.slot, cloth.num_dofs()), at.i), h, block);
+  const Vec3<double> l = LoadVec3(RowAt(lambda, at.slot, cloth.num_dofs()), at.i);
+  AddTo(RowAt(adj_x, at.slot, cloth.num_dofs()), at.i,
         {block[0] * l.x + block[3] * l.y + block[6] * l.z,
          block[1] * l.x + block[4] * l.y + block[7] * l.z,
          block[2] * l.x + block[5] * l.y + block[8] * l.z});
@@ -130,7 +126,7 @@ __global__ void __launch_bounds__(kElementThreads)
   ContactVertex at;
   if (!FindVertex(cloth, batch, &at)) return;
   const double length = scale.by_slot == nullptr ? scale.scale : scale.by_slot[at.slot];
-  double* to = NodesOf(direction, at.slot, cloth.num_dofs()) + 3 * at.i;
+  double* to = RowAt(direction, at.slot, cloth.num_dofs()) + 3 * at.i;
   const double share =
       SafeShare(Contact(cloth.contact), at.x, {length * to[0], length * to[1], length * to[2]});
   if (share == 1.0) return;
@@ -144,9 +140,7 @@ void LaunchForVertices(const LaunchContext& on, const Kernel& for_formulas, cons
                        Arguments... arguments) {
   if (on.cloth.contact.count == 0) return;
   const Kernel& kernel = on.cloth.contact.has_meshes ? for_all : for_formulas;
-  kernel<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0, on.stream>>>(
-      on.cloth, on.batch, arguments...);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_vertices, kernel, on.cloth, on.batch, arguments...);
 }
 
 }  // namespace

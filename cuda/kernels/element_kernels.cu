@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/device/cuda_error.h"
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 #include "cuda/kernels/element_kernels.h"
 
@@ -10,29 +8,24 @@ namespace {
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     ElementRecords(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
-                   StepRecords records) {
+                   StepRecords all_records) {
   __shared__ Stage stage;
-  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
-  const MaterialView& material = batch.material[rollout];
-  const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
-  const Chunk chunk = FindChunk(cloth);
-  const int i = chunk.first + threadIdx.x;
-  if (!chunk.hinges) {
-    const int f = min(i, cloth.num_faces - 1);
-    const DeformationGradient<double> F = GatherColumns(cloth.faces[f], x);
-    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), StretchTableAt(material, f))};
-    StoreRecord(record, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces, i,
-                cloth.num_faces, stage);
+  const ElementThread at = FindElement(cloth, batch);
+  const StepRecords records = all_records.From(cloth, at.slot);
+  if (!at.is_hinge) {
+    const int f = min(at.i, cloth.num_faces - 1);
+    const DeformationGradient<double> F = GatherColumns(cloth.faces[f], at.x);
+    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), StretchTableAt(at.material, f))};
+    StoreRecord(record, records.faces, at.i, cloth.num_faces, stage);
   } else {
-    const int e = min(i, cloth.num_hinges - 1);
-    const HingeCorners corners = GatherCorners(cloth.hinges[e], x);
+    const int e = min(at.i, cloth.num_hinges - 1);
+    const HingeCorners corners = GatherCorners(cloth.hinges[e], at.x);
     const double theta = DihedralAngle(corners);
-    const double kappa = HingeStiffness(bend, cloth.hinges[e], BendTableAt(material, e), theta);
+    const double kappa = HingeStiffness(bend, cloth.hinges[e], BendTableAt(at.material, e), theta);
     const HingeMeasure mu = bend.Measure(theta);
     const HingeRecord record{AngleGradient(EvaluateWings(corners)), kappa * mu.value,
                              kappa * mu.slope};
-    StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
-                cloth.num_hinges, stage);
+    StoreRecord(record, records.hinges, at.i, cloth.num_hinges, stage);
   }
 }
 
@@ -66,8 +59,8 @@ __device__ void AddHingeBlock(const HingeRecord& record, int a, int b, double sc
 }
 
 __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& material,
-                                const FaceRecord* faces, const HingeRecord* hinges, double h,
-                                int entry, double (&block)[9]) {
+                                const StepRecords& records, double h, int entry,
+                                double (&block)[9]) {
   const FrontEntry& place = cloth.entries[entry];
   if (place.row == place.column) {
     const int i = place.row;
@@ -80,16 +73,15 @@ __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& mate
     const Contribution c = Unpack(item);
     if (++k < end) item = cloth.to_entry.item[k];  // before the record is waited for
     if (c.hinge) {
-      AddHingeBlock(hinges[c.element], c.row, c.column, h * h, block);
+      AddHingeBlock(records.hinges[c.element], c.row, c.column, h * h, block);
     } else {
-      AddFaceBlock(cloth.faces[c.element], faces[c.element], c.row, c.column, h * h, block);
+      AddFaceBlock(cloth.faces[c.element], records.faces[c.element], c.row, c.column, h * h, block);
     }
   }
 }
 
 __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView& material,
-                                      const FaceRecord* faces, const HingeRecord* hinges,
-                                      const double* x, int i) {
+                                      const StepRecords& records, const double* x, int i) {
   const double mass = material.density * cloth.vertex_area[i];
   Vec3<double> force =
       LoadVec3(cloth.load, i) - cloth.handle[i] * (LoadVec3(x, i) - LoadVec3(cloth.rest_x, i));
@@ -97,13 +89,13 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_vertex.item[k]);
     if (c.hinge) {
-      const HingeRecord& hinge = hinges[c.element];
+      const HingeRecord& hinge = records.hinges[c.element];
       force += -hinge.moment * hinge.gradient.d[c.row];
     } else {
       const Face& face = cloth.faces[c.element];
       const CornerGradient shape = GradientOf(face, c.row);
-      const DeformationGradient<double> by_area =
-          StretchForce(faces[c.element].k, faces[c.element].F);
+      const FaceRecord& record = records.faces[c.element];
+      const DeformationGradient<double> by_area = StretchForce(record.k, record.F);
       force += (face.area * shape.u) * by_area.u + (face.area * shape.v) * by_area.v;
     }
   }
@@ -112,30 +104,26 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
 
 // Warps for the matrix blocks, then threads for the vertices.
 __global__ void __launch_bounds__(kElementThreads)
-    GatherStep(ClothView cloth, ShapeBatch batch, StepRecords records, const double* v, double h,
-               double* matrix, double* rhs) {
+    GatherStep(ClothView cloth, ShapeBatch batch, StepRecords all_records, const double* v,
+               double h, double* matrix, double* rhs) {
   __shared__ Stage stage;
   const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   const int rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
-  const FaceRecord* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const HingeRecord* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  const StepRecords records = all_records.From(cloth, slot);
   const int padded_entries = (cloth.num_entries + 31) / 32 * 32;
   if (item < padded_entries) {
     const int entry = item < cloth.num_entries ? cloth.entry_order[item] : -1;
     double block[9] = {};
-    if (entry >= 0) GatherStepBlock(cloth, material, faces, hinges, h, entry, block);
+    if (entry >= 0) GatherStepBlock(cloth, material, records, h, entry, block);
     StoreBlock(block, matrix + 9LL * slot * cloth.num_entries, entry, stage);
   }
   if (const int i = item - padded_entries; rhs != nullptr && i >= 0 && i < cloth.num_vertices) {
-    const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
+    const double* x = RowAt(batch.x, rollout, cloth.num_dofs());
     const double mass = material.density * cloth.vertex_area[i];
-    const Vec3<double> force = ForceOnVertex(cloth, material, faces, hinges, x, i);
-    const Vec3<double> sum = mass * LoadVec3(NodesOf(v, slot, cloth.num_dofs()), i) + h * force;
-    double* to = NodesOf(rhs, slot, cloth.num_dofs()) + 3 * i;
-    to[0] = sum.x;
-    to[1] = sum.y;
-    to[2] = sum.z;
+    const Vec3<double> force = ForceOnVertex(cloth, material, records, x, i);
+    const Vec3<double> sum = mass * LoadVec3(RowAt(v, slot, cloth.num_dofs()), i) + h * force;
+    StoreVec3(RowAt(rhs, slot, cloth.num_dofs()), i, sum);
   }
 }
 
@@ -144,15 +132,9 @@ __global__ void __launch_bounds__(kElementThreads)
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i >= cloth.num_vertices) return;
   const int rollout = RolloutAt(batch, slot);
-  const Vec3<double> sum =
-      ForceOnVertex(cloth, batch.material[rollout],
-                    records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
-                    records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges,
-                    NodesOf(batch.x, rollout, cloth.num_dofs()), i);
-  double* to = NodesOf(force, rollout, cloth.num_dofs()) + 3 * i;
-  to[0] = sum.x;
-  to[1] = sum.y;
-  to[2] = sum.z;
+  const Vec3<double> sum = ForceOnVertex(cloth, batch.material[rollout], records.From(cloth, slot),
+                                         RowAt(batch.x, rollout, cloth.num_dofs()), i);
+  StoreVec3(RowAt(force, rollout, cloth.num_dofs()), i, sum);
 }
 
 __global__ void Advance(int num_dofs, StepState state, const double* solution, double h,
@@ -176,40 +158,29 @@ __global__ void CountStep(int* step, int by) { *step += by; }
 }  // namespace
 
 void LaunchElementRecords(const LaunchContext& on, const StepRecords& records) {
-  const dim3 grid(ChunksFor(on.cloth), on.batch.slots);
-  if (grid.x == 0) return;
-  std::visit(
-      [&](const auto& stretch, const auto& bend) {
-        ElementRecords<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch, bend,
-                                                                records);
-      },
-      on.law.stretch, on.law.bend);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForChunks(on, [&](dim3 grid, const auto& stretch, const auto& bend) {
+    ElementRecords<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch, bend,
+                                                            records);
+  });
 }
 
 void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
                       double h, double* matrix, double* rhs) {
   const int vertices = rhs == nullptr ? 0 : on.cloth.num_vertices;
-  const dim3 grid(BlocksFor((on.cloth.num_entries + 31) / 32 * 32 + vertices), on.batch.slots);
-  GatherStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, v, h, matrix,
-                                                      rhs);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, (on.cloth.num_entries + 31) / 32 * 32 + vertices, GatherStep, on.cloth,
+                 on.batch, records, v, h, matrix, rhs);
   LaunchAddContactStep(on, h, matrix, rhs);
 }
 
 void LaunchGatherForce(const LaunchContext& on, const StepRecords& records, double* force) {
-  const dim3 grid(BlocksFor(on.cloth.num_vertices), on.batch.slots);
-  GatherForce<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, force);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_vertices, GatherForce, on.cloth, on.batch, records, force);
   LaunchAddContactForce(on, force);
 }
 
 void LaunchAdvance(const LaunchContext& on, const StepState& state, const double* solution,
                    double h, const HistoryView& history) {
-  const dim3 grid(BlocksFor(on.cloth.num_dofs()), on.batch.slots);
-  Advance<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), state, solution, h,
-                                                   history);
-  CUDA_CHECK(cudaGetLastError());
+  const int dofs = on.cloth.num_dofs();
+  LaunchForItems(on, dofs, Advance, dofs, state, solution, h, history);
 }
 
 void LaunchCountStep(int* step, int by, cudaStream_t stream) {

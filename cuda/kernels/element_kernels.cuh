@@ -3,6 +3,7 @@
 
 // What the kernels over elements share.
 
+#include "cuda/device/cuda_error.h"
 #include "cuda/kernels/cloth/cloth_view.h"
 #include "physics/material/laws/law.h"
 
@@ -14,11 +15,10 @@ inline int BlocksFor(int count) { return (count + kElementThreads - 1) / kElemen
 __device__ __forceinline__ int RolloutAt(const ShapeBatch& batch, int slot) {
   return batch.rollout == nullptr ? slot : batch.rollout[slot];
 }
-__device__ __forceinline__ const double* NodesOf(const double* nodes, int index, int num_dofs) {
-  return nodes + static_cast<std::int64_t>(index) * num_dofs;
-}
-__device__ __forceinline__ double* NodesOf(double* nodes, int index, int num_dofs) {
-  return nodes + static_cast<std::int64_t>(index) * num_dofs;
+// A row of a matrix with `size` columns.
+template <class T>
+__device__ __forceinline__ T* RowAt(T* rows, int row, int size) {
+  return rows + static_cast<std::int64_t>(row) * size;
 }
 
 __device__ __forceinline__ const StretchTable& StretchTableAt(const MaterialView& material,
@@ -29,19 +29,47 @@ __device__ __forceinline__ const BendTable& BendTableAt(const MaterialView& mate
   return material.bend[material.bend_stride * hinge];
 }
 
-// Chunks of elements: a block of threads has one, those of faces before those of hinges.
-struct Chunk {
-  bool hinges;
-  int first;  // element
+// The element of a thread: its slot, rollout and number, and the rollout's material and shape. A
+// block of threads has a chunk of elements, chunks of faces come before chunks of hinges. Threads
+// of the last chunk of each kind may be past the last element.
+struct ElementThread {
+  int slot, rollout;
+  bool is_hinge;
+  int i;
+  const MaterialView& material;
+  const double* x;  // [3V]
 };
-__device__ __forceinline__ Chunk FindChunk(const ClothView& cloth) {
+__device__ __forceinline__ ElementThread FindElement(const ClothView& cloth,
+                                                     const ShapeBatch& batch) {
   const int face_chunks = (cloth.num_faces + kElementThreads - 1) / kElementThreads;
-  const int chunk = blockIdx.x;
-  return chunk < face_chunks ? Chunk{false, chunk * kElementThreads}
-                             : Chunk{true, (chunk - face_chunks) * kElementThreads};
+  const int chunk = blockIdx.x, slot = blockIdx.y, rollout = RolloutAt(batch, slot);
+  const bool is_hinge = chunk >= face_chunks;
+  const int first = (is_hinge ? chunk - face_chunks : chunk) * kElementThreads;
+  return {slot,
+          rollout,
+          is_hinge,
+          first + static_cast<int>(threadIdx.x),
+          batch.material[rollout],
+          RowAt(batch.x, rollout, cloth.num_dofs())};
 }
-inline int ChunksFor(const ClothView& cloth) {
-  return BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
+
+// Launches kernel(arguments...) with a thread for each of `count` items of each slot.
+template <class Kernel, class... Arguments>
+void LaunchForItems(const LaunchContext& on, int count, const Kernel& kernel,
+                    const Arguments&... arguments) {
+  kernel<<<dim3(BlocksFor(count), on.batch.slots), kElementThreads, 0, on.stream>>>(arguments...);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+// Calls launch(grid, stretch law, bend law) for a grid of chunks, unless there are no elements.
+template <class Launch>
+void LaunchForChunks(const LaunchContext& on, const Launch& launch) {
+  const int chunks = BlocksFor(on.cloth.num_faces) + BlocksFor(on.cloth.num_hinges);
+  if (chunks == 0) return;
+  const dim3 grid(chunks, on.batch.slots);
+  std::visit([&](const auto& stretch, const auto& bend) { launch(grid, stretch, bend); },
+             on.law.stretch, on.law.bend);
+  CUDA_CHECK(cudaGetLastError());
 }
 
 // Writes numbers [at, at + N) of one record per thread in whole memory transactions: those of a
@@ -110,6 +138,19 @@ __device__ __forceinline__ CornerGradient GradientOf(const Face& face, int corne
   return corner == 0   ? CornerGradient{s.u[0], s.v[0]}
          : corner == 1 ? CornerGradient{s.u[1], s.v[1]}
                        : CornerGradient{s.u[2], s.v[2]};
+}
+
+// block += area·[Du Dv]ᵀ·Q·[Du Dv] at corners (a, b).
+__device__ __forceinline__ void AddFaceBlock(const Face& face, const double (&Q)[6][6], int a,
+                                             int b, double (&block)[9]) {
+  const CornerGradient row = GradientOf(face, a), column = GradientOf(face, b);
+  const double ua = face.area * row.u, va = face.area * row.v;
+#pragma unroll
+  for (int i = 0; i < 3; ++i)
+#pragma unroll
+    for (int k = 0; k < 3; ++k)
+      block[3 * i + k] += column.u * (ua * Q[i][k] + va * Q[3 + i][k]) +
+                          column.v * (ua * Q[i][3 + k] + va * Q[3 + i][3 + k]);
 }
 
 __device__ __forceinline__ Vec3<double>& operator+=(Vec3<double>& a, const Vec3<double>& b) {

@@ -38,9 +38,12 @@ Scene CusickScene(const CusickContact& contact, double support_radius) {
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
   scene.handles = Handles{.regions = {DiscRegion{.radius = support_radius}}};
   if (contact.model != ContactModel::kNone) {
-    scene.contact =
-        Contact{.thickness = contact.thickness, .self = contact.model == ContactModel::kSelf};
-    scene.contact->obstacles = {MakeSupport(*scene.contact, support_radius)};
+    Contact& with = scene.contact.emplace();
+    with.thickness = contact.thickness;
+    with.self = contact.model == ContactModel::kSelf;
+    // So far below z = 0 that it does not push what is held there.
+    const double depth = with.offset() + 1.1 * with.range;
+    with.obstacles = {PlateObstacle{.top = {0.0, 0.0, -depth}, .radius = support_radius}};
   }
   return scene;
 }

@@ -56,7 +56,7 @@ struct Scene {
 // What the hanging part of a cloth in the drape test can touch (names: scene_io.h).
 enum class ContactModel {
   kNone,     // nothing: it hangs through the support and through itself
-  kSupport,  // the support (MakeSupport)
+  kSupport,  // the support, a plate just below the cloth that is held
   kSelf      // the support and itself
 };
 struct CusickContact {

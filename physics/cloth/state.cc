@@ -41,11 +41,6 @@ void AppendTriples(std::string& text, const Eigen::VectorXd& values) {
 
 using std::numbers::pi;
 
-// The mode a cos kθ + b sin kθ.
-StartShape::Mode MakeMode(int k, double a, double b) {
-  return {k, std::hypot(a, b), std::atan2(b, a)};
-}
-
 double HemHeight(const StartShape& shape, double theta) {
   double z = 0;
   for (const auto& mode : shape.modes) {
@@ -72,11 +67,6 @@ double ProfileAt(const Eigen::VectorXd& profile, double theta) {
   const auto before = static_cast<Eigen::Index>(at);
   const double share = at - static_cast<double>(before);
   return (1 - share) * profile[before % n] + share * profile[(before + 1) % n];
-}
-
-void CheckRange(const ModeRange& range, double hem_rms) {
-  CHECK(range.first >= 1 && range.last >= range.first);
-  CHECK_GE(hem_rms, 0);
 }
 
 constexpr char kShapeFormat[] = "drapefit-start-shape";
@@ -155,13 +145,14 @@ double HemRms(const StartShape& shape) {
 }
 
 StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& range) {
-  CheckRange(range, hem_rms);
+  CHECK(range.first >= 1 && range.last >= range.first);
+  CHECK_GE(hem_rms, 0);
   std::mt19937_64 random(seed);
   const double sigma = hem_rms / std::sqrt(range.last - range.first + 1);
   StartShape shape;
   for (int k = range.first; k <= range.last; ++k) {
     const double a = sigma * SampleNormal(random), b = sigma * SampleNormal(random);
-    shape.modes.push_back(MakeMode(k, a, b));
+    shape.modes.push_back({k, std::hypot(a, b), std::atan2(b, a)});  // a cos kθ + b sin kθ
   }
   return shape;
 }

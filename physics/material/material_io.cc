@@ -67,6 +67,10 @@ double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& poli
   return number;
 }
 
+void ExpectString(const JsonInput& value, const std::string& expected) {
+  if (value.String() != expected) value.Fail('"' + expected + '"');
+}
+
 // The file that a path names, where it is the folder of a fit.
 std::string FindMaterialFile(const std::string& path) {
   std::error_code ignored;
@@ -118,9 +122,9 @@ class EntryReader {
   void ReadOurs() {
     input_.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
                        "stretch", "bend"});
-    ExpectString("format", kMaterialFormat);
+    ExpectString(input_.At("format"), kMaterialFormat);
     if (input_.At("version").Integer() != kVersion) input_.At("version").Fail("1");
-    if (input_.Has("units")) ExpectString("units", "SI");
+    if (input_.Has("units")) ExpectString(input_.At("units"), "SI");
     if (input_.Has("name")) material_.name = input_.At("name").String();
     if (input_.Has("source")) material_.source = input_.At("source").String();
     const Convention convention = ReadConvention();
@@ -154,11 +158,6 @@ class EntryReader {
     ReadStretch("stretching", 1);
     ReadBend("bending", 1);
     material_.source_convention = ConventionName(Convention::kArcsim);
-  }
-
-  void ExpectString(const char* key, const char* expected) {
-    const JsonInput value = input_.At(key);
-    if (value.String() != expected) value.Fail(std::string(1, '"').append(expected) + '"');
   }
 
   Convention ReadConvention() {
@@ -300,10 +299,9 @@ void AppendTables(std::string& text, const std::vector<Table>& tables, double fa
   const int entries = sizeof(Table) / sizeof(double);
   text += '[';
   for (std::size_t e = 0; e < tables.size(); ++e) {
-    const double* entry = reinterpret_cast<const double*>(&tables[e]);
     for (int k = 0; k < entries; ++k) {
       text += k > 0 ? ", " : e > 0 ? "],\n[" : "\n[";
-      AppendNumber(text, entry[k] * factor);
+      AppendNumber(text, tables[e].entries()[k] * factor);
     }
   }
   text += "]]";
@@ -332,9 +330,8 @@ std::vector<Table> ReadTables(const JsonInput& input, int count, double factor, 
   std::vector<Table> tables(input.ExpectArray(count).Size());
   for (int e = 0; e < count; ++e) {
     const JsonInput table = input.At(e).ExpectArray(entries);
-    for (int k = 0; k < entries; ++k) {
-      reinterpret_cast<double*>(&tables[e])[k] = ReadEntry(table.At(k), most, policy) / factor;
-    }
+    for (int k = 0; k < entries; ++k)
+      tables[e].entries()[k] = ReadEntry(table.At(k), most, policy) / factor;
   }
   return tables;
 }
@@ -350,10 +347,6 @@ std::vector<Table> Nearest(const std::vector<Table>& tables, const Eigen::Matrix
     nearest.push_back(tables[at]);
   }
   return nearest;
-}
-
-void ExpectString(const JsonInput& value, const std::string& expected) {
-  if (value.String() != expected) value.Fail('"' + expected + '"');
 }
 
 Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolicy& policy) {

@@ -67,8 +67,7 @@ Table MeanTable(const std::vector<Table>& tables) {
   Table mean = {};
   for (const Table& table : tables)
     for (std::size_t k = 0; k < sizeof(Table) / sizeof(double); ++k)
-      reinterpret_cast<double*>(&mean)[k] +=
-          reinterpret_cast<const double*>(&table)[k] / static_cast<double>(tables.size());
+      mean.entries()[k] += table.entries()[k] / static_cast<double>(tables.size());
   return mean;
 }
 
@@ -97,14 +96,6 @@ int RaiseSmallEntries(MaterialField& field, double share) {
   for (BendTable& table : field.bend)
     for (auto& row : table.b) raised += RaiseToShare(row, kBendCols, 1, share);
   return raised;
-}
-
-bool ResistsAllStrains(const MaterialField& material) {
-  return std::all_of(material.stretch.begin(), material.stretch.end(), [](const StretchTable& t) {
-    return std::all_of(std::begin(t.c), std::end(t.c), [](const auto& c) {
-      return c[0] > 0 && c[2] > 0 && c[3] > 0 && c[1] * c[1] < c[0] * c[2];
-    });
-  });
 }
 
 MaterialField InForm(MaterialField material, TableForm form) {

@@ -14,11 +14,6 @@ MaterialField Scaled(MaterialField material, double stretch, double bend);
 // to that, in all tables; returns how many it raised.
 int RaiseSmallEntries(MaterialField& field, double share);
 
-// Returns whether each stretch table resists all strains: c11, c22, c33 > 0 and c12² < c11·c22 in
-// all rows, and therefore between them too. Without that, a cloth has no energy minimum under
-// compression and the matrix of its time step is not positive definite.
-bool ResistsAllStrains(const MaterialField& material);
-
 // Simpler forms of the tables.
 enum class TableForm {
   kGiven,

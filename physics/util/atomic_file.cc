@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <climits>
@@ -17,7 +16,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -33,45 +31,19 @@ namespace fs = std::filesystem;
 // ": No space left on device"; empty without an error.
 std::string Reason(int error) { return error == 0 ? "" : std::string(": ") + std::strerror(error); }
 
-// Writes to a descriptor and keeps the error of the first write that failed.
-class DescriptorBuffer : public std::streambuf {
- public:
-  explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
-    setp(piece_.data(), piece_.data() + piece_.size());
+// Writes as much of the text as the system takes and returns the number of bytes; errno is 0 or
+// says what ended it.
+std::size_t WriteBytes(int descriptor, std::string_view text) noexcept {
+  std::size_t written = 0;
+  errno = 0;
+  while (written < text.size()) {
+    const ssize_t count = write(descriptor, text.data() + written, text.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) break;
+    written += static_cast<std::size_t>(count);
   }
-  int error() const { return error_; }
-  std::uintmax_t written() const { return written_; }
-
- protected:
-  int_type overflow(int_type c) override {
-    if (sync() != 0) return traits_type::eof();
-    if (!traits_type::eq_int_type(c, traits_type::eof())) {
-      *pptr() = traits_type::to_char_type(c);
-      pbump(1);
-    }
-    return traits_type::not_eof(c);
-  }
-
-  int sync() override {
-    for (const char* at = pbase(); error_ == 0 && at < pptr();) {
-      const ssize_t count = write(descriptor_, at, pptr() - at);
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) {
-        error_ = count < 0 ? errno : EIO;
-      } else {
-        at += count;
-        written_ += count;
-      }
-    }
-    setp(piece_.data(), piece_.data() + piece_.size());
-    return error_ == 0 ? 0 : -1;
-  }
-
- private:
-  int descriptor_, error_ = 0;
-  std::uintmax_t written_ = 0;
-  std::array<char, 65536> piece_;
-};
+  return written;
+}
 
 // A new file of an unguessable name beside `path`. The destructor removes it unless it was renamed.
 class TemporaryFile {
@@ -89,18 +61,12 @@ class TemporaryFile {
     if (!renamed_) unlink(temporary_.c_str());
   }
 
-  void Write(const std::function<void(std::ostream&)>& writer) {
-    DescriptorBuffer buffer(descriptor_);
-    std::ostream out(&buffer);
-    writer(out);
-    out.flush();
+  void Write(std::string_view content) {
+    const std::size_t written = WriteBytes(descriptor_, content);
     // Without fsync, a crash of the machine may keep the new name and lose the content.
-    const int error = buffer.error() != 0 ? buffer.error() : fsync(descriptor_) != 0 ? errno : 0;
-    if (error != 0 || !out)
-      Fail("cannot write the whole file, only " + std::to_string(buffer.written()) + " bytes",
-           error);
+    if (written < content.size() || fsync(descriptor_) != 0)
+      Fail("cannot write the whole file, only " + std::to_string(written) + " bytes", errno);
   }
-
   void Rename() {
     std::error_code error;
     fs::rename(temporary_, path_, error);
@@ -152,18 +118,11 @@ std::function<void(const std::string& path, std::string_view content)>& ReadObse
 
 }  // namespace
 
-void WriteFileAtomically(const std::string& path,
-                         const std::function<void(std::ostream&)>& writer) {
+void WriteFileAtomically(const std::string& path, std::string_view content) {
   CheckNameLength(path, fs::path(path).filename().string());
   TemporaryFile file(path);
-  file.Write(writer);
+  file.Write(content);
   file.Rename();
-}
-
-void WriteFileAtomically(const std::string& path, std::string_view content) {
-  WriteFileAtomically(path, [content](std::ostream& out) {
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  });
 }
 
 void CheckReplaceable(const std::string& path) {
@@ -199,14 +158,7 @@ void AppendFile::Check(const std::string& path) {
 }
 
 bool AppendFile::TryAppend(std::string_view text) noexcept {
-  errno = 0;
-  while (!text.empty()) {
-    const ssize_t count = write(descriptor_, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
+  return WriteBytes(descriptor_, text) == text.size();
 }
 
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer) {

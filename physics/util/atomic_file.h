@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -28,10 +27,6 @@ class IoError : public std::runtime_error {
 // are replaced, never followed. Throws IoError when the folder is missing or not writable, when
 // the disk is full, or when the path is a folder.
 void WriteFileAtomically(const std::string& path, std::string_view content);
-
-// The same, with a function that writes the content. An exception that it throws is passed on, and
-// the old file survives.
-void WriteFileAtomically(const std::string& path, const std::function<void(std::ostream&)>& writer);
 
 // Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, no
 // file can be made in its folder, or its name is too long. To be called before long work.

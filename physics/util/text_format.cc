@@ -11,35 +11,6 @@
 namespace drape {
 namespace {
 
-// A conversion of a printf format: "%-*.3ld" has the flags "-", the width "*", the precision ".3",
-// the length "l" and the type 'd'.
-struct Conversion {
-  std::string flags, width, precision, length;
-  char type = 0;
-
-  std::string Text() const { return "%" + flags + width + precision + length + type; }
-};
-
-std::string TakeWhile(const char*& at, const char* allowed) {
-  const std::size_t count = std::strspn(at, allowed);
-  at += count;
-  return {at - count, count};
-}
-
-// Reads what follows a "%" and moves `at` past it.
-Conversion ReadConversion(const char*& at) {
-  Conversion read;
-  read.flags = TakeWhile(at, "-+ #0");
-  read.width = TakeWhile(at, "*0123456789");
-  if (*at == '.') {
-    ++at;
-    read.precision = "." + TakeWhile(at, "*0123456789");
-  }
-  read.length = TakeWhile(at, "hlzjt");
-  read.type = *at == 0 ? '%' : *at++;
-  return read;
-}
-
 template <class T>
 void AppendPrinted(std::string& text, const std::string& conversion, T value) {
   const int size = std::snprintf(nullptr, 0, conversion.c_str(), value);
@@ -55,29 +26,30 @@ struct Arguments {
   va_list list;
 };
 
-void AppendConverted(std::string& text, const Conversion& conversion, double value) {
-  if (std::isfinite(value)) return AppendPrinted(text, conversion.Text(), value);
-  const bool left = conversion.flags.find('-') != std::string::npos;
-  AppendPrinted(text, std::string(left ? "%-" : "%") + conversion.width + "s", "none");
+// A number that is not finite keeps the alignment and the width of the conversion.
+void AppendDouble(std::string& text, const std::string& conversion, double value) {
+  if (std::isfinite(value)) return AppendPrinted(text, conversion, value);
+  const std::size_t width = conversion.find_first_not_of("%-+ #0");
+  const std::size_t end = conversion.find_first_not_of("0123456789", width);
+  const bool left = conversion.find('-') != std::string::npos;
+  AppendPrinted(text, (left ? "%-" : "%") + conversion.substr(width, end - width) + "s", "none");
 }
 
-void AppendConversion(std::string& text, Conversion conversion, Arguments& arguments) {
-  for (std::string* part : {&conversion.width, &conversion.precision})
-    if (const std::size_t star = part->find('*'); star != std::string::npos)
-      part->replace(star, 1, std::to_string(va_arg(arguments.list, int)));
-  switch (conversion.type) {
+// Appends the argument of a conversion of a printf format, such as "%-*.3ld".
+void AppendConversion(std::string& text, std::string conversion, Arguments& arguments) {
+  for (std::size_t star; (star = conversion.find('*')) != std::string::npos;)
+    conversion.replace(star, 1, std::to_string(va_arg(arguments.list, int)));
+  switch (conversion.back()) {
     case '%':
       text += '%';
       break;
     case 's':
-      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, const char*));
+      AppendPrinted(text, conversion, va_arg(arguments.list, const char*));
       break;
     case 'p':
-      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, void*));
+      AppendPrinted(text, conversion, va_arg(arguments.list, void*));
       break;
     case 'c':
-      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, int));
-      break;
     case 'd':
     case 'i':
     case 'u':
@@ -85,14 +57,14 @@ void AppendConversion(std::string& text, Conversion conversion, Arguments& argum
     case 'X':
     case 'o':
       // long long, long, size_t and ptrdiff_t are passed alike.
-      if (conversion.length.find_first_of("lzjt") != std::string::npos) {
-        AppendPrinted(text, conversion.Text(), va_arg(arguments.list, std::intmax_t));
+      if (conversion.find_first_of("lzjt") != std::string::npos) {
+        AppendPrinted(text, conversion, va_arg(arguments.list, std::intmax_t));
       } else {
-        AppendPrinted(text, conversion.Text(), va_arg(arguments.list, int));
+        AppendPrinted(text, conversion, va_arg(arguments.list, int));
       }
       break;
     default:
-      AppendConverted(text, conversion, va_arg(arguments.list, double));
+      AppendDouble(text, conversion, va_arg(arguments.list, double));
   }
 }
 
@@ -143,7 +115,9 @@ std::string Format(const char* format, ...) {
     if (*at != '%') {
       text += *at++;
     } else {
-      AppendConversion(text, ReadConversion(++at), arguments);
+      const char* type = at + 1 + std::strspn(at + 1, "-+ #0123456789.*hlzjt");
+      AppendConversion(text, std::string(at, type + 1), arguments);
+      at = type + 1;
     }
   }
   va_end(arguments.list);

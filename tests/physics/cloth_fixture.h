@@ -49,6 +49,17 @@ inline MaterialField Scatter(const MaterialField& base, const Mesh& mesh, double
   return field;
 }
 
+// Whether c11, c22, c33 > 0 and c12² < c11·c22 in all rows, and therefore between them too. Without
+// that, a cloth has no energy minimum under compression and the matrix of its time step is not
+// positive definite.
+inline bool ResistsAllStrains(const MaterialField& material) {
+  bool resists = true;
+  for (const StretchTable& table : material.stretch)
+    for (const auto& [c11, c12, c22, c33] : table.c)
+      resists = resists && c11 > 0 && c22 > 0 && c33 > 0 && c12 * c12 < c11 * c22;
+  return resists;
+}
+
 inline RowMatrix RandomMatrix(int rows, int columns, std::mt19937_64& random) {
   RowMatrix matrix(rows, columns);
   for (double& value : std::span(matrix.data(), matrix.size())) value = SampleNormal(random);

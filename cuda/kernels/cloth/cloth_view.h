@@ -62,6 +62,19 @@ struct HingeRecord {
   double moment, stiffness;  // κ·μ and its slope at a fixed κ
 };
 
+// Records of the elements of a batch by slot.
+template <class OfFace, class OfHinge>
+struct BatchRecords {
+  OfFace* faces;    // [F]
+  OfHinge* hinges;  // [E]
+
+  // The records of the slots from `first` on.
+  DRAPE_HD BatchRecords From(const ClothView& cloth, std::int64_t first) const {
+    return {faces + first * cloth.num_faces, hinges + first * cloth.num_hinges};
+  }
+};
+using StepRecords = BatchRecords<FaceRecord, HingeRecord>;
+
 // A batch of shapes: slot s holds rollout `rollout[s]`, or s where that is null.
 struct ShapeBatch {
   int slots;

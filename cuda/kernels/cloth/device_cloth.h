@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "cuda/device/device_buffer.h"
+#include "cuda/device/device.h"
 #include "cuda/factor/multifrontal.h"
 #include "cuda/kernels/cloth/cloth_view.h"
 #include "physics/cloth/cloth_model.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/device/cuda_error.h"
-#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
 #include "physics/material/laws/element_sensitivity.h"
 
 // Gradients of m scalars by the material tables: a thread has one element, a block a chunk of them.
@@ -14,14 +13,13 @@ namespace {
 
 // Sums of gradients over the elements of a block of threads, one thread per element.
 
-static_assert(kGradientChunk == kElementThreads);
 constexpr int kGradientWarps = kGradientChunk / 32;
 
 // Adds the sums over the block to `to`, rows `columns` apart: a fixed tree in each warp, then the
 // warps in order.
 template <int N>
-__device__ void ReduceToRow(const double (&value)[N], double (&scratch)[kGradientWarps][N],
-                            double* to, int columns) {
+__device__ void ReduceToRow(const double (&value)[N], double* to, int columns) {
+  __shared__ double scratch[kGradientWarps][N];
 #pragma unroll
   for (int k = 0; k < N; ++k) {
     double sum = value[k];
@@ -38,12 +36,15 @@ __device__ void ReduceToRow(const double (&value)[N], double (&scratch)[kGradien
   __syncthreads();
 }
 
-// The numbers of one element to the row of the block where one table serves all, or to its own.
+// Adds the numbers of element i, if it acts, to column `column` of its rows of the gradient, or of
+// the rows of its chunk where one table serves all.
 template <int N>
-__device__ void AddToGradient(const double (&value)[N], bool shared_table, bool acts,
-                              double (&scratch)[kGradientWarps][N], double* to, int columns) {
+__device__ void AddToGradient(const double (&value)[N], bool shared_table, int i, bool acts,
+                              double* gradient, int column, int columns) {
+  const std::int64_t row = shared_table ? i / kGradientChunk : i;
+  double* to = gradient + row * N * columns + column;
   if (shared_table) {
-    ReduceToRow(value, scratch, to, columns);
+    ReduceToRow(value, to, columns);
   } else if (acts) {
 #pragma unroll
     for (int k = 0; k < N; ++k) to[k * static_cast<std::int64_t>(columns)] += value[k];
@@ -67,16 +68,14 @@ __device__ void AlongBasis(const Face& face, const FaceSensitivity& s, const dou
 }
 
 template <class Law>
-__device__ void FaceGradient(const ClothView& cloth, const MaterialView& material, const Law& law,
-                             const double* x, const double* w, double h, const double* lambda,
-                             int columns, int chunk, double* gradient) {
-  __shared__ double scratch[kGradientWarps][kStretchEntries];
-  const int f = chunk * kGradientChunk + threadIdx.x;
-  const bool acts = f < cloth.num_faces;
-  const Face& face = cloth.faces[acts ? f : 0];
+__device__ void FaceGradient(const ClothView& cloth, const ElementThread& at, const Law& law,
+                             const double* w, double h, const double* lambda, int columns,
+                             double* gradient) {
+  const bool acts = at.i < cloth.num_faces, shared_table = at.material.stretch_stride == 0;
+  const int f = acts ? at.i : 0;
+  const Face& face = cloth.faces[f];
   const FaceSensitivity s =
-      EvaluateSensitivity(law, face, StretchTableAt(material, acts ? f : 0), x, w, h);
-  const int row = material.stretch_stride != 0 ? f : chunk;
+      EvaluateSensitivity(law, face, StretchTableAt(at.material, f), at.x, w, h);
   for (int j = 0; j < columns; ++j) {
     double along[kStretchCols], by_entry[kStretchEntries];
     AlongBasis(face, s, lambda + j, columns, along);
@@ -84,72 +83,61 @@ __device__ void FaceGradient(const ClothView& cloth, const MaterialView& materia
     for (int k = 0; k < kStretchEntries; ++k)
       by_entry[k] =
           acts ? s.by_entry[k / kStretchCols][k % kStretchCols] * along[k % kStretchCols] : 0.0;
-    AddToGradient(by_entry, material.stretch_stride == 0, acts, scratch,
-                  gradient + static_cast<std::int64_t>(row) * kStretchEntries * columns + j,
-                  columns);
+    AddToGradient(by_entry, shared_table, at.i, acts, gradient, j, columns);
   }
 }
 
 template <class Law>
-__device__ void ComputeHingeGradient(const ClothView& cloth, const MaterialView& material,
-                                     const Law& law, const double* x, const double* w, double h,
-                                     const double* lambda, int columns, int chunk,
-                                     double* gradient) {
-  __shared__ double scratch[kGradientWarps][kBendEntries];
-  const int e = chunk * kGradientChunk + threadIdx.x;
-  const bool acts = e < cloth.num_hinges;
-  const Hinge& hinge = cloth.hinges[acts ? e : 0];
+__device__ void ComputeHingeGradient(const ClothView& cloth, const ElementThread& at,
+                                     const Law& law, const double* w, double h,
+                                     const double* lambda, int columns, double* gradient) {
+  const bool acts = at.i < cloth.num_hinges, shared_table = at.material.bend_stride == 0;
+  const int e = acts ? at.i : 0;
+  const Hinge& hinge = cloth.hinges[e];
   const HingeSensitivity s =
-      EvaluateSensitivity(law, hinge, BendTableAt(material, acts ? e : 0), x, w, h);
-  const int row = material.bend_stride != 0 ? e : chunk;
+      EvaluateSensitivity(law, hinge, BendTableAt(at.material, e), at.x, w, h);
   for (int j = 0; j < columns; ++j) {
     double along = 0.0, by_entry[kBendEntries];
 #pragma unroll
     for (int a = 0; a < 4; ++a) {
-      const double* at = lambda + 3LL * hinge.vertex[a] * columns + j;
-      along += Dot(s.basis.d[a], Vec3<double>{at[0], at[columns], at[2 * columns]});
+      const double* l = lambda + 3LL * hinge.vertex[a] * columns + j;
+      along += Dot(s.basis.d[a], Vec3<double>{l[0], l[columns], l[2 * columns]});
     }
 #pragma unroll
     for (int k = 0; k < kBendEntries; ++k)
       by_entry[k] = acts ? s.by_entry[k / kBendCols][k % kBendCols] * along : 0.0;
-    AddToGradient(by_entry, material.bend_stride == 0, acts, scratch,
-                  gradient + static_cast<std::int64_t>(row) * kBendEntries * columns + j, columns);
+    AddToGradient(by_entry, shared_table, at.i, acts, gradient, j, columns);
   }
 }
 
-// Blocks for the chunks of faces, then for the chunks of hinges.
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     AdjointMaterial(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                     const double* all_w, double h, const double* all_lambda, GradientView gradient,
                     int columns) {
-  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
-  const MaterialView& material = batch.material[rollout];
-  const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
-  const double* w = NodesOf(all_w, slot, cloth.num_dofs());
-  const double* lambda = all_lambda + static_cast<std::int64_t>(slot) * cloth.num_dofs() * columns;
-  const int face_chunks = (cloth.num_faces + kGradientChunk - 1) / kGradientChunk;
-  const int chunk = blockIdx.x;
-  if (chunk < face_chunks) {
-    FaceGradient(cloth, material, stretch, x, w, h, lambda, columns, chunk,
-                 gradient.stretch + gradient.stretch_start[slot]);
+  const ElementThread at = FindElement(cloth, batch);
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
+  const double* lambda = RowAt(all_lambda, at.slot, cloth.num_dofs() * columns);
+  if (!at.is_hinge) {
+    FaceGradient(cloth, at, stretch, w, h, lambda, columns,
+                 gradient.stretch + gradient.stretch_start[at.slot]);
   } else {
-    ComputeHingeGradient(cloth, material, bend, x, w, h, lambda, columns, chunk - face_chunks,
-                         gradient.bend + gradient.bend_start[slot]);
+    ComputeHingeGradient(cloth, at, bend, w, h, lambda, columns,
+                         gradient.bend + gradient.bend_start[at.slot]);
   }
 }
 
 template <class Law>
-__device__ void AdjointOfFace(const ClothView& cloth, const MaterialView& material, const Law& law,
-                              const double* x, const double* w, double h, const double* lambda,
-                              int chunk, DeformationGradient<double>* records, double* gradient) {
-  __shared__ double scratch[kGradientWarps][kStretchEntries];
-  const int f = chunk * kGradientChunk + threadIdx.x;
-  const bool acts = f < cloth.num_faces;
-  const Face& face = cloth.faces[acts ? f : 0];
-  const StretchTable& table = StretchTableAt(material, acts ? f : 0);
-  const StretchAdjoint adjoint = AdjStretchStep(
-      law, GatherColumns(face, x), table, GatherColumns(face, w), h, GatherColumns(face, lambda));
+__device__ void AdjointOfFace(const ClothView& cloth, const ElementThread& at, const Law& law,
+                              const double* w, double h, const double* lambda,
+                              DeformationGradient<double>* records, double* gradient) {
+  const bool acts = at.i < cloth.num_faces;
+  const int f = acts ? at.i : 0;
+  const Face& face = cloth.faces[f];
+  const StretchTable& table = StretchTableAt(at.material, f);
+  const StretchAdjoint adjoint =
+      AdjStretchStep(law, GatherColumns(face, at.x), table, GatherColumns(face, w), h,
+                     GatherColumns(face, lambda));
   if (acts) records[f] = adjoint.adj_F;
   double by_entry[kStretchRows][kStretchCols], sum[kStretchEntries];
   law.StiffnessByTable(adjoint.G, table, by_entry);
@@ -158,21 +146,18 @@ __device__ void AdjointOfFace(const ClothView& cloth, const MaterialView& materi
     sum[k] = acts ? face.area * adjoint.adj_stiffness[k % kStretchCols] *
                         by_entry[k / kStretchCols][k % kStretchCols]
                   : 0.0;
-  const std::int64_t row = material.stretch_stride != 0 ? f : chunk;
-  AddToGradient(sum, material.stretch_stride == 0, acts, scratch, gradient + row * kStretchEntries,
-                1);
+  AddToGradient(sum, at.material.stretch_stride == 0, at.i, acts, gradient, 0, 1);
 }
 
 template <class Law>
-__device__ void AdjointOfHinge(const ClothView& cloth, const MaterialView& material, const Law& law,
-                               const double* x, const double* w, double h, const double* lambda,
-                               int chunk, BendAdjoint* records, double* gradient) {
-  __shared__ double scratch[kGradientWarps][kBendEntries];
-  const int e = chunk * kGradientChunk + threadIdx.x;
-  const bool acts = e < cloth.num_hinges;
-  const Hinge& hinge = cloth.hinges[acts ? e : 0];
-  const BendTable& table = BendTableAt(material, acts ? e : 0);
-  const HingeCorners corners = GatherCorners(hinge, x);
+__device__ void AdjointOfHinge(const ClothView& cloth, const ElementThread& at, const Law& law,
+                               const double* w, double h, const double* lambda,
+                               BendAdjoint* records, double* gradient) {
+  const bool acts = at.i < cloth.num_hinges;
+  const int e = acts ? at.i : 0;
+  const Hinge& hinge = cloth.hinges[e];
+  const BendTable& table = BendTableAt(at.material, e);
+  const HingeCorners corners = GatherCorners(hinge, at.x);
   const double theta = DihedralAngle(corners);
   const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
                                           GatherCorners(hinge, lambda), theta);
@@ -182,96 +167,73 @@ __device__ void AdjointOfHinge(const ClothView& cloth, const MaterialView& mater
 #pragma unroll
   for (int k = 0; k < kBendEntries; ++k)
     sum[k] = acts ? adjoint.adj_kappa * by_entry[k / kBendCols][k % kBendCols] : 0.0;
-  const std::int64_t row = material.bend_stride != 0 ? e : chunk;
-  AddToGradient(sum, material.bend_stride == 0, acts, scratch, gradient + row * kBendEntries, 1);
+  AddToGradient(sum, at.material.bend_stride == 0, at.i, acts, gradient, 0, 1);
 }
 
-// Blocks for the chunks of faces, then for the chunks of hinges.
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     AdjointOfElements(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                       const double* all_w, double h, const double* all_lambda,
-                      AdjointRecords records, GradientView gradient) {
-  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
-  const MaterialView& material = batch.material[rollout];
-  const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
-  const double* w = NodesOf(all_w, slot, cloth.num_dofs());
-  const double* lambda = NodesOf(all_lambda, slot, cloth.num_dofs());
-  const int face_chunks = (cloth.num_faces + kGradientChunk - 1) / kGradientChunk;
-  const int chunk = blockIdx.x;
-  if (chunk < face_chunks) {
-    AdjointOfFace(cloth, material, stretch, x, w, h, lambda, chunk,
-                  records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
-                  gradient.stretch + gradient.stretch_start[slot]);
+                      AdjointRecords all_records, GradientView gradient) {
+  const ElementThread at = FindElement(cloth, batch);
+  const AdjointRecords records = all_records.From(cloth, at.slot);
+  const double* w = RowAt(all_w, at.slot, cloth.num_dofs());
+  const double* lambda = RowAt(all_lambda, at.slot, cloth.num_dofs());
+  if (!at.is_hinge) {
+    AdjointOfFace(cloth, at, stretch, w, h, lambda, records.faces,
+                  gradient.stretch + gradient.stretch_start[at.slot]);
   } else {
-    AdjointOfHinge(cloth, material, bend, x, w, h, lambda, chunk - face_chunks,
-                   records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges,
-                   gradient.bend + gradient.bend_start[slot]);
+    AdjointOfHinge(cloth, at, bend, w, h, lambda, records.hinges,
+                   gradient.bend + gradient.bend_start[at.slot]);
   }
 }
 
 __global__ void __launch_bounds__(kElementThreads)
-    GatherAdjoint(ClothView cloth, ShapeBatch batch, AdjointRecords records, double h,
+    GatherAdjoint(ClothView cloth, ShapeBatch batch, AdjointRecords all_records, double h,
                   const double* all_lambda, double* all_x, double* all_v) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i >= cloth.num_vertices) return;
-  const DeformationGradient<double>* faces =
-      records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const BendAdjoint* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
-  const Vec3<double> lambda = LoadVec3(NodesOf(all_lambda, slot, cloth.num_dofs()), i);
+  const AdjointRecords records = all_records.From(cloth, slot);
+  const Vec3<double> lambda = LoadVec3(RowAt(all_lambda, slot, cloth.num_dofs()), i);
   Vec3<double> sum = (-h * cloth.handle[i]) * lambda;
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_vertex.item[k]);
     if (c.hinge) {
-      sum += LoadVec3(hinges[c.element].adj_x, c.row);
+      sum += LoadVec3(records.hinges[c.element].adj_x, c.row);
     } else {
       const Face& face = cloth.faces[c.element];
       const CornerGradient shape = GradientOf(face, c.row);
-      const DeformationGradient<double>& by_area = faces[c.element];
+      const DeformationGradient<double>& by_area = records.faces[c.element];
       sum += (face.area * shape.u) * by_area.u + (face.area * shape.v) * by_area.v;
     }
   }
-  AddTo(NodesOf(all_x, slot, cloth.num_dofs()), i, sum);
+  AddTo(RowAt(all_x, slot, cloth.num_dofs()), i, sum);
   const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[i];
-  double* v = NodesOf(all_v, slot, cloth.num_dofs()) + 3 * i;
-  v[0] = mass * lambda.x;
-  v[1] = mass * lambda.y;
-  v[2] = mass * lambda.z;
+  StoreVec3(RowAt(all_v, slot, cloth.num_dofs()), i, mass * lambda);
 }
 
 }  // namespace
 
 void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,
                            const GradientView& gradient, int columns) {
-  const int chunks = BlocksFor(on.cloth.num_faces) + BlocksFor(on.cloth.num_hinges);
-  if (chunks == 0) return;
-  std::visit(
-      [&](const auto& stretch, const auto& bend) {
-        AdjointMaterial<<<dim3(chunks, on.batch.slots), kElementThreads, 0, on.stream>>>(
-            on.cloth, on.batch, stretch, bend, w, h, lambda, gradient, columns);
-      },
-      on.law.stretch, on.law.bend);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForChunks(on, [&](dim3 grid, const auto& stretch, const auto& bend) {
+    AdjointMaterial<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch, bend, w,
+                                                             h, lambda, gradient, columns);
+  });
 }
 
 void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
                           const AdjointRecords& records, const GradientView& gradient) {
-  const int chunks = BlocksFor(on.cloth.num_faces) + BlocksFor(on.cloth.num_hinges);
-  if (chunks == 0) return;
-  std::visit(
-      [&](const auto& stretch, const auto& bend) {
-        AdjointOfElements<<<dim3(chunks, on.batch.slots), kElementThreads, 0, on.stream>>>(
-            on.cloth, on.batch, stretch, bend, w, h, lambda, records, gradient);
-      },
-      on.law.stretch, on.law.bend);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForChunks(on, [&](dim3 grid, const auto& stretch, const auto& bend) {
+    AdjointOfElements<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch, bend, w,
+                                                               h, lambda, records, gradient);
+  });
 }
 
 void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, const double* w,
                          double h, const double* lambda, double* adj_x, double* adj_v) {
-  GatherAdjoint<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
-                  on.stream>>>(on.cloth, on.batch, records, h, lambda, adj_x, adj_v);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_vertices, GatherAdjoint, on.cloth, on.batch, records, h, lambda,
+                 adj_x, adj_v);
   LaunchAddContactAdjoint(on, w, h, lambda, adj_x);
 }
 

@@ -26,14 +26,8 @@ struct HingeFactors {
   double factor[kBendEntries];
 };
 
-struct DerivativeRecords {
-  FaceDerivative* faces;    // [F] a slot
-  HingeDerivative* hinges;  // [E] a slot
-};
-struct FactorRecords {
-  FaceFactors* faces;
-  HingeFactors* hinges;
-};
+using DerivativeRecords = BatchRecords<FaceDerivative, HingeDerivative>;
+using FactorRecords = BatchRecords<FaceFactors, HingeFactors>;
 
 void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
                              const DerivativeRecords& records);
@@ -72,7 +66,7 @@ void LaunchAdjointPosition(const LaunchContext& on, const double* blocks, const 
 
 // Sums over elements are kept by chunks of them, to be added up in order at the end: a row of 24 or
 // 15 entries for each element of a field, or for each chunk where one table serves all.
-inline constexpr int kGradientChunk = 128;
+inline constexpr int kGradientChunk = kElementThreads;
 inline int GradientRows(int elements, int stride) {
   return stride != 0 ? elements : (elements + kGradientChunk - 1) / kGradientChunk;
 }
@@ -82,10 +76,8 @@ struct GradientView {
   const std::int64_t *stretch_start, *bend_start;  // [slots]
 };
 // The whole adjoint of a step for a single column, element by element, without the blocks of ∂g/∂x.
-struct AdjointRecords {
-  DeformationGradient<double>* faces;  // ∂(g·λ)/∂F by rest area, [F] a slot
-  BendAdjoint* hinges;                 // [E] a slot
-};
+// The record of a face is ∂(g·λ)/∂F by rest area.
+using AdjointRecords = BatchRecords<DeformationGradient<double>, BendAdjoint>;
 // records, and gradient += (∂g/∂entry)ᵀ·lambda.
 void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
                           const AdjointRecords& records, const GradientView& gradient);

@@ -2,7 +2,6 @@
 // Products of the step's derivatives with many columns: a thread has the three rows of a vertex and
 // one or two neighbouring columns, so that a warp reads whole rows of the columns and the blocks
 // are the same for most of it.
-#include "cuda/device/cuda_error.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 
@@ -41,11 +40,6 @@ __device__ __forceinline__ Place FindPlace(int columns) {
   const int groups = columns / Width, index = blockIdx.x * blockDim.x + threadIdx.x;
   return {index / groups, Width * (index % groups)};
 }
-template <int Width>
-dim3 GridFor(const ClothView& cloth, int columns, int slots) {
-  return dim3(BlocksFor(cloth.num_vertices * (columns / Width)), slots);
-}
-
 // sum += row i of A·x, or of Aᵀ·x.
 template <int Width, bool kTransposed>
 __device__ __forceinline__ void AddRow(const ClothView& cloth, const double* blocks, int i,
@@ -114,20 +108,19 @@ __device__ __forceinline__ Place TangentPlace(int num_vertices) {
 }
 
 __global__ void __launch_bounds__(kElementThreads)
-    TangentRhs(ClothView cloth, ShapeBatch batch, FactorRecords records, const double* all_blocks,
-               const double* dx, double* dv) {
+    TangentRhs(ClothView cloth, ShapeBatch batch, FactorRecords all_records,
+               const double* all_blocks, const double* dx, double* dv) {
   const Place at = TangentPlace(cloth.num_vertices);
   if (at.i >= cloth.num_vertices) return;
   const int slot = blockIdx.y;
+  const FactorRecords records = all_records.From(cloth, slot);
   const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * kPaddedEntries;
   const std::int64_t rows = matrix + 3LL * at.i * kPaddedEntries + at.j;
   Columns<2> sum[3] = {};
   if (at.j < kStretchEntries) {
-    AddStretchColumns(cloth, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
-                      at.i, at.j, sum);
+    AddStretchColumns(cloth, records.faces, at.i, at.j, sum);
   } else {
-    AddBendColumns(cloth, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, at.i,
-                   at.j - kStretchEntries, sum);
+    AddBendColumns(cloth, records.hinges, at.i, at.j - kStretchEntries, sum);
   }
   if (dx != nullptr) {
     const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[at.i];
@@ -146,23 +139,22 @@ __global__ void __launch_bounds__(kElementThreads)
 
 // rhs = Σ_entries ∂g/∂entry·weight at each vertex.
 __global__ void __launch_bounds__(kElementThreads)
-    DirectionRhs(ClothView cloth, FactorRecords records, double* rhs) {
+    DirectionRhs(ClothView cloth, FactorRecords all_records, double* rhs) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i >= cloth.num_vertices) return;
-  const FaceFactors* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const HingeFactors* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  const FactorRecords records = all_records.From(cloth, slot);
   Vec3<double> sum{0.0, 0.0, 0.0};
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution at = Unpack(cloth.to_vertex.item[k]);
     if (at.hinge) {
-      const HingeFactors& hinge = hinges[at.element];
+      const HingeFactors& hinge = records.hinges[at.element];
       double factor = 0.0;
 #pragma unroll
       for (int n = 0; n < kBendEntries; ++n) factor += hinge.factor[n];
       sum += factor * hinge.basis.d[at.row];
       continue;
     }
-    const FaceFactors& face = faces[at.element];
+    const FaceFactors& face = records.faces[at.element];
     const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
 #pragma unroll
     for (int m = 0; m < kStretchCols; ++m) {
@@ -172,10 +164,7 @@ __global__ void __launch_bounds__(kElementThreads)
       sum += factor * (shape.u * face.basis[m].u + shape.v * face.basis[m].v);
     }
   }
-  double* to = NodesOf(rhs, slot, cloth.num_dofs()) + 3 * i;
-  to[0] = sum.x;
-  to[1] = sum.y;
-  to[2] = sum.z;
+  StoreVec3(RowAt(rhs, slot, cloth.num_dofs()), i, sum);
 }
 
 __global__ void LoadHistory(const HistorySlot* history, const int* step, double* x, double* v,
@@ -189,10 +178,10 @@ __global__ void LoadHistory(const HistorySlot* history, const int* step, double*
 }
 
 __global__ void AdjointRhs(const double* adj_x, const double* adj_v, double h, double* rhs,
-                           std::int64_t count) {
-  const std::int64_t i = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+                           int count) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
-  const std::int64_t at = blockIdx.y * count + i;
+  const std::int64_t at = static_cast<std::int64_t>(blockIdx.y) * count + i;
   rhs[at] = adj_v[at] + h * adj_x[at];
 }
 
@@ -236,69 +225,44 @@ __global__ void __launch_bounds__(kElementThreads)
   for (int r = 0; r < 3; ++r) Store(rows + r * columns, sum[r]);
 }
 
-template <int Width, bool kTransposed>
-void LaunchMultiplyBlocks(const LaunchContext& on, const double* blocks, const double* x, double* y,
-                          int columns) {
-  const dim3 grid = GridFor<Width>(on.cloth, columns, on.batch.slots);
-  Multiply<Width, kTransposed>
-      <<<grid, kElementThreads, 0, on.stream>>>(on.cloth, blocks, x, y, columns);
-  CUDA_CHECK(cudaGetLastError());
-}
-
-dim3 LinearGrid(std::int64_t count, int slots) {
-  return dim3(static_cast<unsigned>((count + 255) / 256), slots);
-}
-
 }  // namespace
 
 void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, const double* blocks,
                       const double* dx, double* dv) {
-  TangentRhs<<<GridFor<2>(on.cloth, kPaddedEntries, on.batch.slots), kElementThreads, 0,
-               on.stream>>>(on.cloth, on.batch, records, blocks, dx, dv);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_vertices * (kPaddedEntries / 2), TangentRhs, on.cloth, on.batch,
+                 records, blocks, dx, dv);
 }
 
 void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs) {
-  DirectionRhs<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
-                 on.stream>>>(on.cloth, records, rhs);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_vertices, DirectionRhs, on.cloth, records, rhs);
 }
 
 void LaunchLoadHistory(const LaunchContext& on, const HistorySlot* history, const int* step,
                        double* x, double* v) {
-  LoadHistory<<<LinearGrid(on.cloth.num_dofs(), on.batch.slots), 256, 0, on.stream>>>(
-      history, step, x, v, on.cloth.num_dofs());
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_dofs(), LoadHistory, history, step, x, v, on.cloth.num_dofs());
 }
 
 void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double* adj_v, double h,
                       double* rhs, int columns) {
-  const std::int64_t count = static_cast<std::int64_t>(on.cloth.num_dofs()) * columns;
-  AdjointRhs<<<LinearGrid(count, on.batch.slots), 256, 0, on.stream>>>(adj_x, adj_v, h, rhs, count);
-  CUDA_CHECK(cudaGetLastError());
+  const int count = on.cloth.num_dofs() * columns;
+  LaunchForItems(on, count, AdjointRhs, adj_x, adj_v, h, rhs, count);
 }
 
 void LaunchAdjointPosition(const LaunchContext& on, const double* blocks, const double* lambda,
                            double* adj_x, double* adj_v, int columns) {
-  if (columns % 2 == 0) {
-    AdjointPosition<2>
-        <<<GridFor<2>(on.cloth, columns, on.batch.slots), kElementThreads, 0, on.stream>>>(
-            on.cloth, on.batch, blocks, lambda, adj_x, adj_v, columns);
-  } else {
-    AdjointPosition<1>
-        <<<GridFor<1>(on.cloth, columns, on.batch.slots), kElementThreads, 0, on.stream>>>(
-            on.cloth, on.batch, blocks, lambda, adj_x, adj_v, columns);
-  }
-  CUDA_CHECK(cudaGetLastError());
+  const bool pairs = columns % 2 == 0;
+  LaunchForItems(on, on.cloth.num_vertices * (pairs ? columns / 2 : columns),
+                 pairs ? AdjointPosition<2> : AdjointPosition<1>, on.cloth, on.batch, blocks,
+                 lambda, adj_x, adj_v, columns);
 }
 
 void LaunchMultiply(const LaunchContext& on, const double* blocks, bool transposed, const double* x,
                     double* y, int columns) {
   const bool pairs = columns % 2 == 0;
-  const auto launch =
-      pairs ? (transposed ? LaunchMultiplyBlocks<2, true> : LaunchMultiplyBlocks<2, false>)
-            : (transposed ? LaunchMultiplyBlocks<1, true> : LaunchMultiplyBlocks<1, false>);
-  launch(on, blocks, x, y, columns);
+  const auto kernel = pairs ? (transposed ? Multiply<2, true> : Multiply<2, false>)
+                            : (transposed ? Multiply<1, true> : Multiply<1, false>);
+  LaunchForItems(on, on.cloth.num_vertices * (pairs ? columns / 2 : columns), kernel, on.cloth,
+                 blocks, x, y, columns);
 }
 
 }  // namespace drape

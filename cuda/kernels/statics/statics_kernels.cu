@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/device/cuda_error.h"
-#include "cuda/kernels/contact_kernels.h"
-#include "cuda/kernels/derivatives/derivative_blocks.cuh"
 #include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
 #include "cuda/kernels/reduce.cuh"
 #include "cuda/kernels/statics/statics_kernels.h"
 
@@ -10,24 +8,21 @@ namespace drape {
 namespace {
 
 __global__ void __launch_bounds__(kElementThreads)
-    GatherStiffness(ClothView cloth, ShapeBatch batch, DerivativeRecords records,
+    GatherStiffness(ClothView cloth, ShapeBatch batch, DerivativeRecords all_records,
                     StiffnessTerms terms, double* matrix) {
   const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (item >= cloth.num_entries) return;
   const int entry = cloth.entry_order[item], rollout = RolloutAt(batch, slot);
-  const std::int64_t face0 = static_cast<std::int64_t>(slot) * cloth.num_faces;
+  const DerivativeRecords records = all_records.From(cloth, slot);
   const std::int64_t stress0 = static_cast<std::int64_t>(rollout) * cloth.num_faces;
-  const FaceDerivative* faces = records.faces + face0;
-  const HingeDerivative* hinges =
-      records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
   const double shift = terms.mu[slot] * batch.material[rollout].density;
   const double tension = shift * terms.length * terms.length;
   double block[9] = {}, isotropic = 0.0;
   for (int k = cloth.to_entry.start[entry]; k < cloth.to_entry.start[entry + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_entry.item[k]);
     if (c.hinge) {
-      const double* at_ab = hinges[c.element].block[c.row][c.column];
-      const double* at_ba = hinges[c.element].block[c.column][c.row];
+      const double* at_ab = records.hinges[c.element].block[c.row][c.column];
+      const double* at_ba = records.hinges[c.element].block[c.column][c.row];
 #pragma unroll
       for (int n = 0; n < 9; ++n) block[n] -= 0.5 * (at_ab[n] + at_ba[3 * (n % 3) + n / 3]);
       continue;
@@ -35,8 +30,8 @@ __global__ void __launch_bounds__(kElementThreads)
     const Face& face = cloth.faces[c.element];
     const CornerGradient a = GradientOf(face, c.row), b = GradientOf(face, c.column);
     double at_ab[9] = {}, at_ba[9] = {};
-    AddFaceBlock(face, faces[c.element], c.row, c.column, at_ab);
-    AddFaceBlock(face, faces[c.element], c.column, c.row, at_ba);
+    AddFaceBlock(face, records.faces[c.element].Q, c.row, c.column, at_ab);
+    AddFaceBlock(face, records.faces[c.element].Q, c.column, c.row, at_ba);
 #pragma unroll
     for (int n = 0; n < 9; ++n) block[n] -= 0.5 * (at_ab[n] + at_ba[3 * (n % 3) + n / 3]);
     StretchStress<double> change{tension, tension, 0.0};
@@ -72,15 +67,14 @@ __device__ double VertexEnergy(const ClothView& cloth, const MaterialView& mater
 // One block a slot; the forces are there already.
 template <class BendLaw>
 __global__ void __launch_bounds__(kReduceThreads)
-    Measure(ClothView cloth, ShapeBatch batch, BendLaw bend, const FaceRecord* all_faces,
-            Shapes shapes, double* sums) {
+    Measure(ClothView cloth, ShapeBatch batch, BendLaw bend, StepRecords records, Shapes shapes,
+            double* sums) {
   const int slot = blockIdx.x, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
-  const double* x = NodesOf(shapes.x, rollout, cloth.num_dofs());
-  const double* force = NodesOf(shapes.force, rollout, cloth.num_dofs());
-  const FaceRecord* faces = all_faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  StretchStress<double>* stress =
-      shapes.stress + static_cast<std::int64_t>(rollout) * cloth.num_faces;
+  const double* x = RowAt(shapes.x, rollout, cloth.num_dofs());
+  const double* force = RowAt(shapes.force, rollout, cloth.num_dofs());
+  const FaceRecord* faces = records.From(cloth, slot).faces;
+  StretchStress<double>* stress = RowAt(shapes.stress, rollout, cloth.num_faces);
   double energy = 0.0, square = 0.0;
   for (int f = threadIdx.x; f < cloth.num_faces; f += kReduceThreads) {
     stress[f] = Stress(faces[f].k, faces[f].k.G);
@@ -104,12 +98,12 @@ __global__ void __launch_bounds__(kReduceThreads)
 
 __global__ void GatherRows(int dofs, const int* rollout, const double* from, double* to) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (i < dofs) NodesOf(to, slot, dofs)[i] = NodesOf(from, rollout[slot], dofs)[i];
+  if (i < dofs) RowAt(to, slot, dofs)[i] = RowAt(from, rollout[slot], dofs)[i];
 }
 
 __global__ void ScatterRows(int dofs, const int* rollout, const double* from, double* to) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (i < dofs) NodesOf(to, rollout[slot], dofs)[i] = NodesOf(from, slot, dofs)[i];
+  if (i < dofs) RowAt(to, rollout[slot], dofs)[i] = RowAt(from, slot, dofs)[i];
 }
 
 __global__ void __launch_bounds__(kReduceThreads)
@@ -133,10 +127,10 @@ __global__ void __launch_bounds__(kElementThreads)
   const int rollout = RolloutAt(batch, slot);
   const Face& face = cloth.faces[f];
   const DeformationGradient<double> F =
-      GatherColumns(face, NodesOf(batch.x, rollout, cloth.num_dofs()));
-  DeformationGradient<double> dF = GatherColumns(face, NodesOf(all_dx, slot, cloth.num_dofs()));
+      GatherColumns(face, RowAt(batch.x, rollout, cloth.num_dofs()));
+  DeformationGradient<double> dF = GatherColumns(face, RowAt(all_dx, slot, cloth.num_dofs()));
   dF = {scales[slot] * dF.u, scales[slot] * dF.v};
-  geometric[static_cast<std::int64_t>(rollout) * cloth.num_faces + f] = ExtrapolatedStress(
+  RowAt(geometric, rollout, cloth.num_faces)[f] = ExtrapolatedStress(
       law, Green(F), StretchTableAt(batch.material[rollout], f), StrainRate(F, dF));
 }
 
@@ -144,7 +138,7 @@ __global__ void AddStep(int dofs, ShapeBatch batch, const double* dx, const doub
                         double* x) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i < dofs)
-    NodesOf(x, RolloutAt(batch, slot), dofs)[i] += scales[slot] * NodesOf(dx, slot, dofs)[i];
+    RowAt(x, RolloutAt(batch, slot), dofs)[i] += scales[slot] * RowAt(dx, slot, dofs)[i];
 }
 
 __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction* actions,
@@ -197,8 +191,8 @@ __global__ void CgwAdvance(int dofs, const double* weights, const double* step, 
 
 __global__ void __launch_bounds__(kReduceThreads)
     PowerStep(int dofs, double* all_images, double* all_directions, double* radius) {
-  double* image = NodesOf(all_images, blockIdx.x, dofs);
-  double* direction = NodesOf(all_directions, blockIdx.x, dofs);
+  double* image = RowAt(all_images, blockIdx.x, dofs);
+  double* direction = RowAt(all_directions, blockIdx.x, dofs);
   double old_square = 0.0, square = 0.0;
   for (int i = threadIdx.x; i < dofs; i += kReduceThreads) {
     image[i] += direction[i];
@@ -220,9 +214,8 @@ __global__ void __launch_bounds__(kReduceThreads)
 
 void LaunchGatherStiffness(const LaunchContext& on, const DerivativeRecords& records,
                            const StiffnessTerms& terms, double* matrix) {
-  GatherStiffness<<<dim3(BlocksFor(on.cloth.num_entries), on.batch.slots), kElementThreads, 0,
-                    on.stream>>>(on.cloth, on.batch, records, terms, matrix);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, on.cloth.num_entries, GatherStiffness, on.cloth, on.batch, records, terms,
+                 matrix);
   LaunchAddContactStiffness(on, matrix);
 }
 
@@ -230,8 +223,8 @@ void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Sh
                    double* sums) {
   std::visit(
       [&](const auto& bend) {
-        Measure<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(on.cloth, on.batch, bend,
-                                                                  records.faces, shapes, sums);
+        Measure<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(on.cloth, on.batch, bend, records,
+                                                                  shapes, sums);
       },
       on.law.bend);
   CUDA_CHECK(cudaGetLastError());
@@ -239,15 +232,13 @@ void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Sh
 }
 
 void LaunchGatherRows(const LaunchContext& on, const double* from, double* to) {
-  GatherRows<<<dim3(BlocksFor(on.cloth.num_dofs()), on.batch.slots), kElementThreads, 0,
-               on.stream>>>(on.cloth.num_dofs(), on.batch.rollout, from, to);
-  CUDA_CHECK(cudaGetLastError());
+  const int dofs = on.cloth.num_dofs();
+  LaunchForItems(on, dofs, GatherRows, dofs, on.batch.rollout, from, to);
 }
 
 void LaunchScatterRows(const LaunchContext& on, const double* from, double* to) {
-  ScatterRows<<<dim3(BlocksFor(on.cloth.num_dofs()), on.batch.slots), kElementThreads, 0,
-                on.stream>>>(on.cloth.num_dofs(), on.batch.rollout, from, to);
-  CUDA_CHECK(cudaGetLastError());
+  const int dofs = on.cloth.num_dofs();
+  LaunchForItems(on, dofs, ScatterRows, dofs, on.batch.rollout, from, to);
 }
 
 void LaunchLargestMove(const LaunchContext& on, const double* dx, double* move) {
@@ -266,18 +257,15 @@ void LaunchMoveShapes(const LaunchContext& on, const double* dx, const double* s
         },
         on.law.stretch);
   CUDA_CHECK(cudaGetLastError());
-  const dim3 grid(BlocksFor(on.cloth.num_dofs()), on.batch.slots);
-  AddStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), on.batch, dx, scale, x);
-  CUDA_CHECK(cudaGetLastError());
+  const int dofs = on.cloth.num_dofs();
+  LaunchForItems(on, dofs, AddStep, dofs, on.batch, dx, scale, x);
 }
 
 void LaunchShapeAction(const LaunchContext& on, const ShapeAction* action, const Shapes& here,
                        const Shapes& best, StretchStress<double>* geometric) {
   const int count =
       on.cloth.num_dofs() > on.cloth.num_faces ? on.cloth.num_dofs() : on.cloth.num_faces;
-  ActOnShapes<<<dim3(BlocksFor(count), on.batch.slots), kElementThreads, 0, on.stream>>>(
-      on.cloth, on.batch, action, here, best, geometric);
-  CUDA_CHECK(cudaGetLastError());
+  LaunchForItems(on, count, ActOnShapes, on.cloth, on.batch, action, here, best, geometric);
 }
 
 void LaunchColumnDots(const LaunchContext& on, const double* a, const double* b, double* dots,
@@ -289,10 +277,8 @@ void LaunchColumnDots(const LaunchContext& on, const double* a, const double* b,
 
 void LaunchCgwAdvance(const LaunchContext& on, const double* weight, const double* step,
                       double* before, double* x, int columns) {
-  const dim3 grid(BlocksFor(on.cloth.num_dofs() * columns), on.batch.slots);
-  CgwAdvance<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), weight, step, before, x,
-                                                      columns);
-  CUDA_CHECK(cudaGetLastError());
+  const int dofs = on.cloth.num_dofs();
+  LaunchForItems(on, dofs * columns, CgwAdvance, dofs, weight, step, before, x, columns);
 }
 
 void LaunchCopy(const double* from, double* to, std::int64_t count, cudaStream_t stream) {

@@ -42,13 +42,6 @@ double Gap(const Contact& contact, const Obstacle& obstacle, const Eigen::Vector
 
 }  // namespace
 
-PlateObstacle MakeSupport(const Contact& contact, double radius) {
-  PlateObstacle plate;
-  plate.radius = radius;
-  plate.top.z() = -(contact.offset() + 1.1 * contact.range);
-  return plate;
-}
-
 double ContactEnergy(const Contact& contact, double area, const Eigen::Vector3d& x) {
   return VertexEnergy(PlainContact(contact), area, Plain(x));
 }

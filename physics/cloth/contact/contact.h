@@ -23,10 +23,6 @@ struct Contact {
   double offset() const { return 0.5 * thickness + skin; }
 };
 
-// The support of the drape test in a scene where cloth is held on z = 0: a plate so far below that
-// it does not push what lies flat on it.
-PlateObstacle MakeSupport(const Contact& contact, double radius);
-
 // Contact of one vertex at x that stands for `area` of the cloth [m²].
 double ContactEnergy(const Contact& contact, double area, const Eigen::Vector3d& x);          // [J]
 Eigen::Vector3d ContactForce(const Contact& contact, double area, const Eigen::Vector3d& x);  // [N]

@@ -48,9 +48,14 @@ DRAPE_INLINE Vec3<T> Cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// Reads vertex `i` of a node-major array, or adds to it.
+// Reads vertex `i` of a node-major array, writes it, or adds to it.
 DRAPE_INLINE Vec3<double> LoadVec3(const double* nodes, int i) {
   return {nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2]};
+}
+DRAPE_INLINE void StoreVec3(double* nodes, int i, const Vec3<double>& a) {
+  nodes[3 * i] = a.x;
+  nodes[3 * i + 1] = a.y;
+  nodes[3 * i + 2] = a.z;
 }
 DRAPE_INLINE void AddTo(double* nodes, int i, const Vec3<double>& a) {
   nodes[3 * i] += a.x;

@@ -53,20 +53,6 @@ TEST(TableForm, ALinearTableKeepsMeansAndDirections) {
   EXPECT_EQ(linear.density, given.density);
 }
 
-TEST(ResistsAllStrains, IsLostWithOneRow) {
-  MaterialField material = test::TestMaterial();
-  EXPECT_TRUE(ResistsAllStrains(material));
-  double* row = material.stretch[0].c[3];
-  const double c12 = row[1];
-  row[1] = 1.01 * std::sqrt(row[0] * row[2]);
-  EXPECT_FALSE(ResistsAllStrains(material));
-  row[1] = 0.99 * std::sqrt(row[0] * row[2]);
-  EXPECT_TRUE(ResistsAllStrains(material));
-  row[1] = c12;
-  row[3] = 0.0;
-  EXPECT_FALSE(ResistsAllStrains(material));
-}
-
 TEST(TableForm, NamesReadBack) {
   for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
     EXPECT_EQ(ParseName<TableForm>(ToString(form), ""), form);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/util/atomic_file.h"
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
 
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/io_error.h"
@@ -22,21 +23,17 @@ TEST_F(AtomicFile, ReplacesTheWholeContentAndLeavesNothingElse) {
   EXPECT_EQ(NumFiles(), 1);
 }
 
-TEST_F(AtomicFile, KeepsTheOldFileWhenTheWriterFails) {
+TEST_F(AtomicFile, KeepsTheOldFileWhenTheDiskIsFull) {
   const std::string path = Write("a.txt", "old");
-  const auto writer = [](std::ostream& out) {
-    out << "half";
-    throw std::runtime_error("stopped");
-  };
-  EXPECT_THROW(WriteFileAtomically(path, writer), std::runtime_error);
-  EXPECT_EQ(Read(path), "old");
-  EXPECT_EQ(NumFiles(), 1);
-}
-
-TEST_F(AtomicFile, KeepsTheOldFileWhenTheStreamFails) {
-  const std::string path = Write("a.txt", "old");
-  const auto writer = [](std::ostream& out) { out.setstate(std::ios::badbit); };
-  EXPECT_IO_ERROR(WriteFileAtomically(path, writer), "a.txt: cannot write the whole file");
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);  // then write() fails with EFBIG
+  rlimit limit = {};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit small = {100, limit.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  EXPECT_IO_ERROR(WriteFileAtomically(path, std::string(1000, 'a')),
+                  "a.txt: cannot write the whole file, only 100 bytes: File too large");
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, handler);
   EXPECT_EQ(Read(path), "old");
   EXPECT_EQ(NumFiles(), 1);
 }

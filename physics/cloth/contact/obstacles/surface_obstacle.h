@@ -14,8 +14,7 @@ struct ObstacleDistance;
 // Which of the distances from the parts of a mesh its smooth minimum sums [MODEL, M60].
 enum class SurfaceBlend {
   // All facets. Over an edge the distance is less by .2 mm, over a corner by up to .5 mm, also
-  // where
-  // the facets are flat: for bodies, from which a skin keeps the vertices of a garment.
+  // where the facets are flat: for bodies, from which a skin keeps the vertices of a garment.
   kFacets,
   // Facets and corners less edges that are not sharply concave. What is flat or convex has its
   // distance to rounding; only where two places of the surface are equally near, as in a concave

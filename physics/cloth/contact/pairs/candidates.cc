@@ -12,8 +12,8 @@
 namespace drape {
 namespace {
 
-// More than a number of double precision changes when it is rounded to single precision.
-double Rounding(double number) { return 1e-7 * (std::abs(number) + 1.0); }
+// More than numbers of double precision change when they are rounded to single precision.
+Eigen::Vector3d Rounding(const Eigen::Array3d& numbers) { return 1e-7 * (numbers.abs() + 1.0); }
 
 // The boxes around parts of a surface, each `more` [m] larger on all sides.
 template <std::size_t N>
@@ -22,14 +22,10 @@ void EncloseParts(const std::vector<std::array<int, N>>& parts, const VertexBoxe
   all.resize(parts.size());
 #pragma omp parallel for num_threads(threads) if (threads > 1)
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    Eigen::Array3d low = boxes.low.col(parts[k][0]), high = boxes.high.col(parts[k][0]);
-    for (std::size_t i = 1; i < N; ++i) {
-      low = low.min(boxes.low.col(parts[k][i]).array());
-      high = high.max(boxes.high.col(parts[k][i]).array());
-    }
-    low -= more;
-    high += more;
-    all[k] = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+    all[k].setEmpty();
+    for (const int i : parts[k]) all[k].extend(SpaceBox(boxes.low.col(i), boxes.high.col(i)));
+    all[k].min().array() -= more;
+    all[k].max().array() += more;
   }
 }
 
@@ -99,20 +95,16 @@ std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const Boxed
 }  // namespace
 
 BoxTree::RoundedBox BoxTree::Rounded(const SpaceBox& box) {
-  RoundedBox rounded;
-  for (int k = 0; k < 3; ++k) {
-    rounded.low[k] = static_cast<float>(box.low[k] - Rounding(box.low[k]));
-    rounded.high[k] = static_cast<float>(box.high[k] + Rounding(box.high[k]));
-  }
-  return rounded;
+  return {(box.min() - Rounding(box.min())).cast<float>(),
+          (box.max() + Rounding(box.max())).cast<float>()};
 }
 
 BoxTree::RoundedBox BoxTree::BoxAt(int place) const {
   const Node& node = node_[place / kChildren];
   RoundedBox box;
   for (int k = 0; k < 3; ++k) {
-    box.low[k] = node.low[k][place % kChildren];
-    box.high[k] = node.high[k][place % kChildren];
+    box.min()[k] = node.low[k][place % kChildren];
+    box.max()[k] = node.high[k][place % kChildren];
   }
   return box;
 }
@@ -120,8 +112,8 @@ BoxTree::RoundedBox BoxTree::BoxAt(int place) const {
 void BoxTree::Put(int level, int place, const RoundedBox& box) {
   Node& node = node_[level_start_[level] + place / kChildren];
   for (int k = 0; k < 3; ++k) {
-    node.low[k][place % kChildren] = box.low[k];
-    node.high[k][place % kChildren] = box.high[k];
+    node.low[k][place % kChildren] = box.min()[k];
+    node.high[k][place % kChildren] = box.max()[k];
   }
 }
 
@@ -147,14 +139,7 @@ void BoxTree::Enclose(const std::vector<SpaceBox>& boxes) {
   for (std::size_t level = 0; level + 1 < level_start_.size(); ++level)
     for (int i = level_start_[level]; i < level_start_[level + 1]; ++i) {
       RoundedBox around;
-      for (int k = 0; k < 3; ++k) {
-        around.low[k] = kNone;
-        around.high[k] = -kNone;
-        for (int child = 0; child < kChildren; ++child) {
-          around.low[k] = std::min(around.low[k], node_[i].low[k][child]);
-          around.high[k] = std::max(around.high[k], node_[i].high[k][child]);
-        }
-      }
+      for (int child = 0; child < kChildren; ++child) around.extend(BoxAt(kChildren * i + child));
       Put(static_cast<int>(level) + 1, i - level_start_[level], around);
     }
 }
@@ -166,22 +151,14 @@ void BoxTree::Sort(const std::vector<SpaceBox>& boxes, int begin, int end) {
   while (of_child * kChildren < end - begin) of_child *= kChildren;
   const int children = (end - begin + of_child - 1) / of_child;
   const int middle = begin + of_child * (children / 2);
-  std::array<double, 3> low, high;
-  for (int k = 0; k < 3; ++k) {
-    low[k] = boxes[order_[begin]].low[k];
-    high[k] = boxes[order_[begin]].high[k];
-    for (int i = begin + 1; i < end; ++i) {
-      low[k] = std::min(low[k], boxes[order_[i]].low[k]);
-      high[k] = std::max(high[k], boxes[order_[i]].high[k]);
-    }
-  }
+  SpaceBox around;
+  for (int i = begin; i < end; ++i) around.extend(boxes[order_[i]]);
   int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+  around.sizes().maxCoeff(&axis);
   std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
                    [&](int a, int b) {
-                     const double of_a = boxes[a].low[axis] + boxes[a].high[axis],
-                                  of_b = boxes[b].low[axis] + boxes[b].high[axis];
+                     const double of_a = boxes[a].min()[axis] + boxes[a].max()[axis],
+                                  of_b = boxes[b].min()[axis] + boxes[b].max()[axis];
                      return of_a < of_b || (of_a == of_b && a < b);
                    });
   Sort(boxes, begin, middle);

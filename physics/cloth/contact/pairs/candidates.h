@@ -2,12 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <bit>
+#include <compare>
 #include <cstdint>
 #include <cstring>
 #include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -15,10 +16,7 @@
 
 namespace drape {
 
-// An axis-parallel box, bounds included [m].
-struct SpaceBox {
-  std::array<double, 3> low, high;
-};
+using SpaceBox = Eigen::AlignedBox3d;  // bounds included [m]
 
 // A tree of boxes with eight children a node, which finds those that meet another. It has them in
 // single precision, rounded outwards, so that it can also find one that is almost met. Boxes that
@@ -48,9 +46,7 @@ class BoxTree {
   using Floats = float __attribute__((vector_size(4 * kChildren)));
   using Flags = std::int32_t __attribute__((vector_size(4 * kChildren)));
   using Bytes = std::int8_t __attribute__((vector_size(kChildren)));
-  struct RoundedBox {
-    std::array<float, 3> low, high;
-  };
+  using RoundedBox = Eigen::AlignedBox3f;
   // The boxes of the children, or of the leaves below the lowest nodes; none: low above high.
   struct Node {
     std::array<Floats, 3> low, high;
@@ -59,11 +55,11 @@ class BoxTree {
   static RoundedBox Rounded(const SpaceBox& box);
   // A byte for each child, 0 of those that do not meet the box.
   static std::uint64_t Meeting(const Node& node, const RoundedBox& box) {
-    Flags meets = node.low[0] <= box.high[0];
-    meets &= node.high[0] >= box.low[0];
+    Flags meets = node.low[0] <= box.max()[0];
+    meets &= node.high[0] >= box.min()[0];
     for (int k = 1; k < 3; ++k) {
-      meets &= node.low[k] <= box.high[k];
-      meets &= node.high[k] >= box.low[k];
+      meets &= node.low[k] <= box.max()[k];
+      meets &= node.high[k] >= box.min()[k];
     }
     const Bytes bytes = __builtin_convertvector(meets, Bytes);
     std::uint64_t all;
@@ -96,6 +92,8 @@ class BoxTree {
     }
   }
 
+  // The box of child `place` % 8 of node `place` / 8: the leaf at that place of the order, if the
+  // node is one of the lowest.
   RoundedBox BoxAt(int place) const;
   void Sort(const std::vector<SpaceBox>& boxes, int begin, int end);
   void Put(int level, int place, const RoundedBox& box);
@@ -136,9 +134,7 @@ class PairCandidates {
   struct Candidate {
     double distance;  // in the reference shape [m]
     ContactPair pair;
-    friend bool operator<(const Candidate& a, const Candidate& b) {
-      return std::tie(a.distance, a.pair) < std::tie(b.distance, b.pair);
-    }
+    std::partial_ordering operator<=>(const Candidate&) const = default;
   };
 
   // reach: distances [m] above which a pair is not wanted. of_cloth: whether two parts of the cloth

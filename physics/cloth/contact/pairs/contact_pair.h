@@ -44,6 +44,7 @@ struct ContactPair {
   bool of_edges = false;
   std::array<int, 4> vertex = {};  // the vertex and the face's corners, or the edges' ends
 
+  // Device code includes this header as C++17, which has no operator<=>.
   friend bool operator==(const ContactPair& a, const ContactPair& b) {
     return std::tie(a.of_edges, a.vertex) == std::tie(b.of_edges, b.vertex);
   }

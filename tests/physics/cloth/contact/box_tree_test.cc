@@ -11,19 +11,13 @@
 namespace drape {
 namespace {
 
-bool Meet(const SpaceBox& a, const SpaceBox& b) {
-  bool meet = true;
-  for (int k = 0; k < 3; ++k) meet = meet && a.low[k] <= b.high[k] && b.low[k] <= a.high[k];
-  return meet;
-}
-
 class BoxTreeTest : public testing::TestWithParam<int> {
  protected:
   SpaceBox RandomBox(double size) {
     SpaceBox box;
     for (int k = 0; k < 3; ++k) {
-      box.low[k] = SampleUniform(random_);
-      box.high[k] = box.low[k] + size * SampleUniform(random_);
+      box.min()[k] = SampleUniform(random_);
+      box.max()[k] = box.min()[k] + size * SampleUniform(random_);
     }
     return box;
   }
@@ -37,7 +31,8 @@ class BoxTreeTest : public testing::TestWithParam<int> {
                           const SpaceBox& box) {
     std::vector<int> found(boxes.size(), 0);
     tree.ForEachMeeting(box, [&](int k) { ++found[k]; });
-    for (std::size_t k = 0; k < boxes.size(); ++k) EXPECT_EQ(found[k], Meet(boxes[k], box)) << k;
+    for (std::size_t k = 0; k < boxes.size(); ++k)
+      EXPECT_EQ(found[k], boxes[k].intersects(box)) << k;
   }
 
   std::mt19937_64 random_{4};
@@ -65,7 +60,7 @@ TEST_P(BoxTreeTest, VisitsEachPairOnce) {
   }
   for (int i = 0; i < GetParam(); ++i)
     for (int j = i + 1; j < GetParam(); ++j)
-      if (Meet(boxes[i], boxes[j])) expected.emplace_back(i, j);
+      if (boxes[i].intersects(boxes[j])) expected.emplace_back(i, j);
   EXPECT_THAT(found, testing::UnorderedElementsAreArray(expected));
 }
 
@@ -74,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Numbers, BoxTreeTest, testing::Values(0, 1, 2, 7, 8, 9,
 // Rounded outwards: boxes that only just meet are found, wherever they are.
 TEST(BoxTreeRoundingTest, LosesNoneThatTouch) {
   for (const double at : {0.1, -3.0, 1e4}) {
-    const SpaceBox left{{at - 1.0, 0.0, 0.0}, {at, 1.0, 1.0}},
-        right{{at, 0.0, 0.0}, {at + 1.0, 1.0, 1.0}};
+    const SpaceBox left(Eigen::Vector3d(at - 1.0, 0.0, 0.0), Eigen::Vector3d(at, 1.0, 1.0));
+    const SpaceBox right(Eigen::Vector3d(at, 0.0, 0.0), Eigen::Vector3d(at + 1.0, 1.0, 1.0));
     BoxTree tree;
     tree.Enclose({left});
     int found = 0;

@@ -124,7 +124,7 @@ TEST(SpecimenDistributionTest, NumbersAreThoseOfTheMaterialAndStart) {
   SpecimenNumbers numbers = FakeFabric().mean[0];
   numbers[kBendAnisotropy] = 0.8;
   const MaterialField material = SpecimenMaterial(numbers, 0.25);
-  EXPECT_TRUE(ResistsAllStrains(material));
+  EXPECT_TRUE(test::ResistsAllStrains(material));
   const auto& bend = material.bend[0].b;
   EXPECT_NEAR(std::log(bend[0][0] / bend[2][0]), 0.8, 1e-12);
   EXPECT_NEAR(BendingLength(std::sqrt(bend[0][0] * bend[2][0]) / kBendPerRigidity, 0.25), 0.016,
