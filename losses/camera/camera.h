@@ -129,12 +129,9 @@ Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mir
 // in the support plane; of a pinhole also eye_height_m, field_of_view_rad, eye_x_m and eye_y_m.
 nlohmann::ordered_json CameraJson(const Camera& camera);
 
-// The camera of such an object, or of an object that holds it as "camera". Throws InputError
-// (prefix `where`) for a key that is missing and a value that Camera::Check refuses.
-Camera CameraFromJson(const nlohmann::json& json, const std::string& where);
-
 // The camera of a file that holds such an object, or of one that holds it as "camera", as the
-// files of drape_photo do. Throws InputError also for a file that cannot be read.
+// files of drape_photo do. Throws InputError for a file that cannot be read, a key that is missing
+// and a value that Camera::Check refuses.
 Camera ReadCamera(const std::string& path);
 
 // What drape_photo says of a photograph beside its camera, for whoever uses the silhouette.
