@@ -124,13 +124,6 @@ void Blend(RgbImage* picture, int column, int row, const Color& color, double al
   }
 }
 
-double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
-  const Vector2d e = b - a;
-  const double length2 = e.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * e).norm();
-}
-
 // Draws an anti-aliased closed polygon. The opacity is collected over all segments first, so that
 // joints are not painted twice.
 void RenderPolygon(const Eigen::Matrix2Xd& points, double line_width, const Color& color,

@@ -247,6 +247,14 @@ Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
   return seeds;
 }
 
+double DistanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                         const Eigen::Vector2d& b) {
+  const Eigen::Vector2d e = b - a;
+  const double length2 = e.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * e).norm();
+}
+
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
@@ -289,23 +297,23 @@ void CentreOnFarCloth(const GrayImage& image, Camera* camera) {
   camera->cy = row;
 }
 
-// Makes one turn from the lowest point with hysteresis: a rise by min_prominence above the lowest
-// point since the last fold, followed by a fall by min_prominence, is one peak of that prominence.
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double min_prominence) {
-  CHECK_GT(min_prominence, 0);
+// Makes one turn from the lowest point with hysteresis: a rise by kMinProminence above the lowest
+// point since the last fold, followed by a fall by kMinProminence, is one peak of that prominence.
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius) {
+  constexpr double kMinProminence = 2.5e-3;  // [m]
   const Eigen::VectorXd r = Smooth(radius);
   const int n = static_cast<int>(r.size());
   int start = 0, extreme = 0;
   r.minCoeff(&start);
   extreme = start;
-  bool rising = false;  // a rise by min_prominence has occurred
+  bool rising = false;  // a rise by kMinProminence has occurred
   std::vector<Fold> folds;
   int valley = start;
   for (int i = 1; i <= n; ++i) {
     const int k = (start + i) % n;
     const double sign = rising ? 1.0 : -1.0;
     if (sign * r[k] > sign * r[extreme]) extreme = k;
-    if (sign * (r[extreme] - r[k]) < min_prominence) continue;
+    if (sign * (r[extreme] - r[k]) < kMinProminence) continue;
     if (rising)
       folds.push_back({valley, extreme});
     else
@@ -332,9 +340,7 @@ double ProfileArea(const Eigen::VectorXd& radius) {
   return M_PI * radius.squaredNorm() / radius.size();
 }
 
-int CountFolds(const Eigen::VectorXd& radius, double min_prominence) {
-  return static_cast<int>(FindFolds(radius, min_prominence).size());
-}
+int CountFolds(const Eigen::VectorXd& radius) { return static_cast<int>(FindFolds(radius).size()); }
 
 std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius) {
   const int n = static_cast<int>(radius.size());

@@ -67,6 +67,10 @@ RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 // Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
 
+// The distance of a point from the segment from a to b.
+double DistanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                         const Eigen::Vector2d& b);
+
 // The root mean square of a − b, in their unit. Both have the same non-zero size.
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
@@ -97,10 +101,10 @@ struct Fold {
   int valley = 0, peak = 0;  // k
 };
 
-// The peaks with a prominence of at least min_prominence [m] after smoothing by a Gaussian of
-// standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise
-// from the lowest place of the profile [m], shape [K].
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double min_prominence);
+// The peaks with a prominence of at least 2.5 mm after smoothing by a Gaussian of standard
+// deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise from the
+// lowest place of the profile [m], shape [K].
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius);
 
 // Features of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
 // depend on the rotation of the drape.
@@ -114,9 +118,8 @@ double DrapeCoefficient(double area, const DrapeDiscs& discs);
 // for smooth profiles.
 double ProfileArea(const Eigen::VectorXd& radius);
 
-// The number of peaks with a prominence of at least min_prominence [m] after smoothing by a
-// Gaussian of standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed).
-int CountFolds(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
+// The number of peaks that FindFolds finds.
+int CountFolds(const Eigen::VectorXd& radius);
 
 // Amplitude a [m] and phase of mode k of the profile: a cos(kθ − phase).
 std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k);
