@@ -134,15 +134,35 @@ void CoverTriangle(const Eigen::Matrix2Xd& points, const int* triangle, int widt
   }
 }
 
+const int* Vertices(const Face& face) { return face.vertex; }
+const int* Vertices(const std::array<int, 3>& triangle) { return triangle.data(); }
+
 // Returns 1 for each pixel whose centre is covered by a triangle, row-major, shape [height, width].
 // image_points: finite, [px], shape [2, V].
-std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& image_points,
+std::vector<uint8_t> CoveredPixels(const auto& triangles, const Eigen::Matrix2Xd& image_points,
                                    int width, int height) {
   std::vector<uint8_t> covered(size_t(width) * height, 0);
-  for (const Face& face : mesh.faces) {
-    CoverTriangle(image_points, face.vertex, width, height, covered.data());
-  }
+  for (const auto& triangle : triangles)
+    CoverTriangle(image_points, Vertices(triangle), width, height, covered.data());
   return covered;
+}
+
+// The fraction of the supersample² samples of each pixel that triangles cover.
+GrayImage RasterizeTriangles(const auto& triangles, const Eigen::VectorXd& x, const Camera& camera,
+                             int supersample) {
+  CHECK_GE(supersample, 1);
+  const int n = supersample, fine_width = n * camera.width;
+  Eigen::Matrix2Xd points;
+  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
+  points = ((points.array() + 0.5) * n - 0.5).matrix();
+  const std::vector<uint8_t> covered =
+      CoveredPixels(triangles, points, fine_width, n * camera.height);
+  GrayImage image(camera.width, camera.height);
+  for (size_t i = 0; i < covered.size(); ++i) {
+    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
+  }
+  for (float& c : image.coverage) c /= static_cast<float>(n * n);
+  return image;
 }
 
 using Eigen::Matrix2Xd;
@@ -251,8 +271,6 @@ void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidat
   }
 }
 
-using Eigen::Matrix2Xd;
-
 // The border point nearest to a pixel.
 struct Contact {
   PieceContact at;
@@ -302,43 +320,13 @@ void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Conta
 
 }  // namespace
 
-namespace {
-
-// covered_pixels(points, width, height) returns which samples of the finer image are covered.
-GrayImage RasterizeSamples(const Eigen::VectorXd& x, const Camera& camera, int supersample,
-                           const auto& covered_pixels) {
-  CHECK_GE(supersample, 1);
-  const int n = supersample, fine_width = n * camera.width;
-  Eigen::Matrix2Xd points;
-  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
-  points = ((points.array() + 0.5) * n - 0.5).matrix();
-  const std::vector<uint8_t> covered = covered_pixels(points, fine_width, n * camera.height);
-  GrayImage image(camera.width, camera.height);
-  for (size_t i = 0; i < covered.size(); ++i) {
-    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
-  }
-  for (float& c : image.coverage) c /= static_cast<float>(n * n);
-  return image;
-}
-
-}  // namespace
-
 GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                     int supersample) {
-  return RasterizeSamples(x, camera, supersample,
-                          [&](const Eigen::Matrix2Xd& points, int width, int height) {
-                            return CoveredPixels(mesh, points, width, height);
-                          });
+  return RasterizeTriangles(mesh.faces, x, camera, supersample);
 }
 
 GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample) {
-  const auto cover = [&](const Eigen::Matrix2Xd& points, int width, int height) {
-    std::vector<uint8_t> covered(size_t(width) * height, 0);
-    for (const auto& triangle : surface.triangles)
-      CoverTriangle(points, triangle.data(), width, height, covered.data());
-    return covered;
-  };
-  return RasterizeSamples(surface.x, camera, supersample, cover);
+  return RasterizeTriangles(surface.triangles, surface.x, camera, supersample);
 }
 
 SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Matrix2Xd& image_points) {
@@ -359,7 +347,7 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
   if (!ProjectVertices(x, camera, &points)) return false;
   const SilhouetteEdges edges = FindSilhouetteEdges(mesh, points);
   const auto contacts = FindContacts(points, edges, camera, options.half_width);
-  const auto covered = CoveredPixels(mesh, points, camera.width, camera.height);
+  const auto covered = CoveredPixels(mesh.faces, points, camera.width, camera.height);
   silhouette->width = camera.width;
   silhouette->height = camera.height;
   silhouette->coverage.resize(covered.size());
