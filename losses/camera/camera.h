@@ -15,20 +15,11 @@
 
 namespace drape {
 
-// A point or vector of the image plane [px].
-struct Vec2 {
-  double x, y;
-};
-
-inline Vec2 operator+(const Vec2& a, const Vec2& b) { return {a.x + b.x, a.y + b.y}; }
-inline Vec2 operator-(const Vec2& a, const Vec2& b) { return {a.x - b.x, a.y - b.y}; }
-inline Vec2 operator*(double s, const Vec2& a) { return {s * a.x, s * a.y}; }
-inline bool operator==(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
-inline double Dot(const Vec2& a, const Vec2& b) { return a.x * b.x + a.y * b.y; }
-inline double Cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
-
-// Column i of an array of shape [2, V].
-inline Vec2 PointAt(const double* points, int i) { return {points[2 * i], points[2 * i + 1]}; }
+// The determinant of the matrix of the columns a and b: twice the signed area of the triangle of
+// the origin, a and b.
+inline double Determinant(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 enum class CameraKind {
   kOrthographic,  // the projection of the published images, and the default
@@ -93,11 +84,11 @@ struct Camera {
   }
 
   // adj_x = Jacobianᵀ·adj_image, shape [3].
-  void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
+  void AdjProject(const double x[3], const Eigen::Vector2d& adj_image, double adj_x[3]) const {
     double jacobian[2][3];
     Jacobian(x, jacobian);
     for (int i = 0; i < 3; ++i)
-      adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
+      adj_x[i] = jacobian[0][i] * adj_image.x() + jacobian[1][i] * adj_image.y();
   }
 
   // Returns whether the camera sees the point; false also for a point that is not finite in front

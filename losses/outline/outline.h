@@ -25,7 +25,7 @@ struct OutlineHit {
 };
 
 // The direction of ray k of num_angles.
-inline Vec2 RayDirection(int k, int num_angles) {
+inline Eigen::Vector2d RayDirection(int k, int num_angles) {
   const double angle = 2 * M_PI * k / num_angles;
   return {std::cos(angle), std::sin(angle)};
 }
@@ -47,7 +47,7 @@ bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angl
 
 // The distance from the camera's centre at which the coverage first falls below 0.5 along a ray, by
 // samples every 0.25 px [px]; 0 when the centre is not on the cloth.
-double FirstExit(const GrayImage& image, const Camera& camera, const Vec2& direction);
+double FirstExit(const GrayImage& image, const Camera& camera, const Eigen::Vector2d& direction);
 
 // The outermost crossing of each ray with the projected hem (mesh.boundary_loops[0]) of positions x
 // [m], shape [3V]. A fold that bulges over the hem is not seen here, only by RenderSoft. Returns

@@ -21,7 +21,7 @@ ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::
     for (int k = 0; k < ramp.num_vertices; ++k) {
       const int dof = 3 * ramp.vertex[k];
       double by_x[3];
-      camera.AdjProject(&x[dof], {ramp.d_image[k].x(), ramp.d_image[k].y()}, by_x);
+      camera.AdjProject(&x[dof], ramp.d_image[k], by_x);
       for (int d = 0; d < 3; ++d) entries.emplace_back(ramp.pixel, dof + d, by_x[d]);
     }
   ReadoutJacobian jacobian(silhouette.coverage.size(), x.size());
