@@ -125,7 +125,7 @@ nlohmann::ordered_json CameraJson(const Camera& camera);
 // and a value that Camera::Check refuses.
 Camera ReadCamera(const std::string& path);
 
-// What drape_photo says of a photograph beside its camera, for whoever uses the silhouette.
+// The results of drape_photo that accompany a silhouette, beside its camera.
 struct PhotographNotes {
   double coefficient = 0.0;     // estimated drape coefficient
   double coefficient_sd = 0.0;  // its standard deviation
@@ -133,7 +133,7 @@ struct PhotographNotes {
 };
 // {"dc", "dc_sd", "warnings"}, the member "photograph" of a camera file.
 nlohmann::ordered_json PhotographJson(const PhotographNotes& notes);
-// Reads them from such a file; none if it is not of a photograph. Throws InputError for a file that
+// Reads them from a camera file; none if it has no such member. Throws InputError for a file that
 // cannot be read and for a member of another form.
 std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path);
 
@@ -171,7 +171,7 @@ std::optional<DrapeDiscs> StoredDiscs(const std::string& file);
 // a support that is not smaller than the specimen.
 DrapeDiscs FindDiscs(const DiscsInput& input, const std::vector<std::string>& files = {});
 
-// As a user would set them.
+// Returns the input by which a user gives these discs.
 DiscsInput GivenDiscs(const DrapeDiscs& discs);
 
 // {"specimen_diameter_m", "support_diameter_m"}.
