@@ -266,7 +266,7 @@ void CheckDisjoint(const Split& split, const std::string& path) {
   }
 }
 
-constexpr int kAngles = 360, kTurnSupersample = 2;
+constexpr int kTurnAngles = 360, kTurnSupersample = 2;
 
 bool HasFillerVt(const ObjContent& content) {
   return content.vt.size() == content.v.size() + 1 && content.vt[0].isZero(0);
@@ -274,7 +274,7 @@ bool HasFillerVt(const ObjContent& content) {
 
 std::optional<Eigen::VectorXd> CentredProfile(const GrayImage& image, Camera camera) {
   Outline outline;
-  if (!CentreOnOutline(image, &camera) || !OutlineFromImage(image, camera, kAngles, &outline))
+  if (!CentreOnOutline(image, &camera) || !OutlineFromImage(image, camera, kTurnAngles, &outline))
     return {};
   return outline.radius;
 }
@@ -450,7 +450,7 @@ std::optional<QuarterTurn> FindQuarterTurn(const ObjSurface& surface, const Gray
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   QuarterTurn best{0, kInfinity};
   for (int quarters = 0; quarters < 4; ++quarters) {
-    const double rms = ProfileRms(*measured, Shifted(*seen, quarters * kAngles / 4));
+    const double rms = ProfileRms(*measured, Shifted(*seen, quarters * kTurnAngles / 4));
     if (rms < best.rms) best = {quarters, rms};
   }
   return best;

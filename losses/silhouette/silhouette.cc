@@ -303,15 +303,16 @@ void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidat
 }
 
 // The border point nearest to a pixel.
-struct Contact {
+struct BorderContact {
   PieceContact at;
   int piece = -1;
 };
 
 // The nearest contact of each pixel within `reach` [px] of the border.
-std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
-                                  const Camera& camera, double reach) {
-  std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{{reach, 0, -1}, -1});
+std::vector<BorderContact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
+                                        const Camera& camera, double reach) {
+  std::vector<BorderContact> contacts(size_t(camera.width) * camera.height,
+                                      BorderContact{{reach, 0, -1}, -1});
   for (size_t i = 0; i < edges.pieces.size(); ++i) {
     const SilhouettePiece& piece = edges.pieces[i];
     const PieceBox box = BoundingBox(points, piece, reach);
@@ -320,7 +321,7 @@ std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges
     for (int row = rows.first; row <= rows.last; ++row) {
       for (int col = columns.first; col <= columns.last; ++col) {
         const PieceContact at = NearestOnPiece(points, piece, {double(col), double(row)});
-        Contact& best = contacts[size_t(row) * camera.width + col];
+        BorderContact& best = contacts[size_t(row) * camera.width + col];
         if (at.distance < best.at.distance) best = {at, static_cast<int>(i)};
       }
     }
@@ -329,7 +330,7 @@ std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges
 }
 
 // Fills in the derivatives of the coverage by the vertices on which the contact depends.
-void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Contact& contact,
+void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const BorderContact& contact,
               bool inside, double slope, const Vector2d& pixel, RampPixel* ramp) {
   const SilhouettePiece& piece = edges.pieces[contact.piece];
   const Vector2d d_point = CoverageByPoint(points, piece, contact.at, pixel, inside, slope);
@@ -380,7 +381,7 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
   silhouette->coverage.resize(covered.size());
   silhouette->ramp.clear();
   for (size_t i = 0; i < covered.size(); ++i) {
-    const Contact& contact = contacts[i];
+    const BorderContact& contact = contacts[i];
     silhouette->coverage[i] = covered[i];
     if (contact.piece < 0) continue;
     const SoftRamp at = RampAt(contact.at.distance, covered[i] != 0, options.half_width);
