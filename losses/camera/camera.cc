@@ -144,8 +144,9 @@ nlohmann::ordered_json CameraJson(const Camera& camera) {
   return json;
 }
 
-Camera CameraFromJson(const nlohmann::json& json, const std::string& where) {
-  const JsonInput whole(json, where);
+Camera ReadCamera(const std::string& path) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput whole(json, path);
   const JsonInput input = whole.Has("camera") ? whole.At("camera") : whole;
   Camera camera;
   camera.kind = ParseName<CameraKind>(input.At("kind").String(), input.At("kind").Name());
@@ -161,11 +162,9 @@ Camera CameraFromJson(const nlohmann::json& json, const std::string& where) {
     camera.eye_x = input.Has("eye_x_m") ? input.At("eye_x_m").Number() : 0.0;
     camera.eye_y = input.Has("eye_y_m") ? input.At("eye_y_m").Number() : 0.0;
   }
-  camera.Check(where);
+  camera.Check(path);
   return camera;
 }
-
-Camera ReadCamera(const std::string& path) { return CameraFromJson(ReadJsonFile(path), path); }
 
 nlohmann::ordered_json PhotographJson(const PhotographNotes& notes) {
   return {{"dc", notes.coefficient}, {"dc_sd", notes.coefficient_sd}, {"warnings", notes.warnings}};

@@ -15,20 +15,11 @@
 
 namespace drape {
 
-// A point or vector of the image plane [px].
-struct Vec2 {
-  double x, y;
-};
-
-inline Vec2 operator+(const Vec2& a, const Vec2& b) { return {a.x + b.x, a.y + b.y}; }
-inline Vec2 operator-(const Vec2& a, const Vec2& b) { return {a.x - b.x, a.y - b.y}; }
-inline Vec2 operator*(double s, const Vec2& a) { return {s * a.x, s * a.y}; }
-inline bool operator==(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
-inline double Dot(const Vec2& a, const Vec2& b) { return a.x * b.x + a.y * b.y; }
-inline double Cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
-
-// Column i of an array of shape [2, V].
-inline Vec2 PointAt(const double* points, int i) { return {points[2 * i], points[2 * i + 1]}; }
+// The determinant of the matrix of the columns a and b: twice the signed area of the triangle of
+// the origin, a and b.
+inline double Determinant(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 enum class CameraKind {
   kOrthographic,  // the projection of the published images, and the default
@@ -93,11 +84,11 @@ struct Camera {
   }
 
   // adj_x = Jacobianᵀ·adj_image, shape [3].
-  void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
+  void AdjProject(const double x[3], const Eigen::Vector2d& adj_image, double adj_x[3]) const {
     double jacobian[2][3];
     Jacobian(x, jacobian);
     for (int i = 0; i < 3; ++i)
-      adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
+      adj_x[i] = jacobian[0][i] * adj_image.x() + jacobian[1][i] * adj_image.y();
   }
 
   // Returns whether the camera sees the point; false also for a point that is not finite in front
@@ -129,15 +120,12 @@ Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mir
 // in the support plane; of a pinhole also eye_height_m, field_of_view_rad, eye_x_m and eye_y_m.
 nlohmann::ordered_json CameraJson(const Camera& camera);
 
-// The camera of such an object, or of an object that holds it as "camera". Throws InputError
-// (prefix `where`) for a key that is missing and a value that Camera::Check refuses.
-Camera CameraFromJson(const nlohmann::json& json, const std::string& where);
-
 // The camera of a file that holds such an object, or of one that holds it as "camera", as the
-// files of drape_photo do. Throws InputError also for a file that cannot be read.
+// files of drape_photo do. Throws InputError for a file that cannot be read, a key that is missing
+// and a value that Camera::Check refuses.
 Camera ReadCamera(const std::string& path);
 
-// What drape_photo says of a photograph beside its camera, for whoever uses the silhouette.
+// The results of drape_photo that accompany a silhouette, beside its camera.
 struct PhotographNotes {
   double coefficient = 0.0;     // estimated drape coefficient
   double coefficient_sd = 0.0;  // its standard deviation
@@ -145,7 +133,7 @@ struct PhotographNotes {
 };
 // {"dc", "dc_sd", "warnings"}, the member "photograph" of a camera file.
 nlohmann::ordered_json PhotographJson(const PhotographNotes& notes);
-// Reads them from such a file; none if it is not of a photograph. Throws InputError for a file that
+// Reads them from a camera file; none if it has no such member. Throws InputError for a file that
 // cannot be read and for a member of another form.
 std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path);
 
@@ -183,7 +171,7 @@ std::optional<DrapeDiscs> StoredDiscs(const std::string& file);
 // a support that is not smaller than the specimen.
 DrapeDiscs FindDiscs(const DiscsInput& input, const std::vector<std::string>& files = {});
 
-// As a user would set them.
+// Returns the input by which a user gives these discs.
 DiscsInput GivenDiscs(const DrapeDiscs& discs);
 
 // {"specimen_diameter_m", "support_diameter_m"}.

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -60,22 +59,6 @@ std::optional<CaptureName> ParseCaptureName(const std::string& stem) {
   std::smatch match;
   if (!std::regex_match(plain, match, pattern)) return std::nullopt;
   return CaptureName{NumberIn(match, 1), *NumberIn(match, 2), NumberIn(match, 3).value_or(1)};
-}
-
-// Fills in all but the fabric and the path.
-std::optional<TrainingImage> ParseTrainingName(const std::string& stem) {
-  static const std::regex pattern(
-      "(?:.*_)?sample_?(\\d{1,4})_(upward|downward)_drape_?(\\d{1,4})"
-      "(?:_(?:obs|observation)_?(\\d{1,4}))?");
-  const std::string plain = PlainName(stem);
-  std::smatch match;
-  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
-  TrainingImage image;
-  image.sample = *NumberIn(match, 1);
-  image.face = match[2] == "upward" ? ClothFace::kUp : ClothFace::kDown;
-  image.drape = *NumberIn(match, 3);
-  image.observation = NumberIn(match, 4).value_or(0);
-  return image;
 }
 
 // "Fabric 7" → 7.
@@ -207,57 +190,33 @@ void ReadFabrics(const fs::path& folder, Dataset* dataset) {
   list.Finish();
 }
 
-void ReadTrainingImages(const fs::path& folder, Dataset* dataset) {
+void CountTrainingImages(const fs::path& folder, Dataset* dataset) {
+  static const std::regex pattern(
+      "(?:.*_)?sample_?\\d{1,4}_(?:upward|downward)_drape_?\\d{1,4}"
+      "(?:_(?:obs|observation)_?\\d{1,4})?");
   if (!fs::is_directory(folder)) return;
   for (const fs::path& file : FilesBelow(folder)) {
-    auto image = ParseTrainingName(file.stem().string());
-    if (!image) {
+    if (std::regex_match(PlainName(file.stem().string()), pattern)) {
+      ++dataset->training_images;
+    } else {
       dataset->skipped.push_back({file.string(), "its name has no sample, face and drape"});
-      continue;
     }
-    image->fabric = file.parent_path().filename().string();
-    image->image = file.string();
-    dataset->training_images.push_back(*image);
   }
-  std::stable_sort(dataset->training_images.begin(), dataset->training_images.end(),
-                   [](const TrainingImage& a, const TrainingImage& b) {
-                     return std::tie(a.fabric, a.sample, a.face) <
-                            std::tie(b.fabric, b.sample, b.face);
-                   });
 }
 
-constexpr int kLargest = 9999;
-
-// One part of a list, "3" or "3-5".
-class Part {
- public:
-  Part(const std::string& text, const std::string& where) : text_(text), where_(where) {}
-
-  void AddTo(std::set<int>* numbers) const {
-    const size_t dash = text_.find('-');
-    const int first = Number(text_.substr(0, dash));
-    const int last = dash == std::string::npos ? first : Number(text_.substr(dash + 1));
-    if (last < first) Fail("an ascending range");
-    for (int number = first; number <= last; ++number) numbers->insert(number);
-  }
-
- private:
-  int Number(const std::string& digits) const {
-    int number = 0;
-    const char* end = digits.data() + digits.size();
-    const auto [stop, error] = std::from_chars(digits.data(), end, number);
-    if (error != std::errc() || stop != end || number < 1 || number > kLargest)
-      Fail("whole numbers from 1 to 9999 and ranges like 3-5, with commas between them");
-    return number;
-  }
-
-  [[noreturn]] void Fail(const std::string& expected) const {
-    throw InputError(where_, "found '" + text_ + "', expected " + expected);
-  }
-
-  const std::string& text_;
-  const std::string& where_;
-};
+// Adds the numbers of one part of a list, "3" or "3-5".
+void AddIndices(const std::string& part, const std::string& where, std::set<int>* numbers) {
+  static const std::regex pattern("0*([1-9]\\d{0,3})(?:-0*([1-9]\\d{0,3}))?");
+  const auto fail = [&](const char* expected) {
+    throw InputError(where, "found '" + part + "', expected " + expected);
+  };
+  std::smatch match;
+  if (!std::regex_match(part, match, pattern))
+    fail("whole numbers from 1 to 9999 and ranges like 3-5, with commas between them");
+  const int first = *NumberIn(match, 1), last = NumberIn(match, 2).value_or(first);
+  if (last < first) fail("an ascending range");
+  for (int number = first; number <= last; ++number) numbers->insert(number);
+}
 
 constexpr char kSplitFormat[] = "drapefit-split";
 
@@ -307,7 +266,7 @@ void CheckDisjoint(const Split& split, const std::string& path) {
   }
 }
 
-constexpr int kAngles = 360, kTurnSupersample = 2;
+constexpr int kTurnAngles = 360, kTurnSupersample = 2;
 
 bool HasFillerVt(const ObjContent& content) {
   return content.vt.size() == content.v.size() + 1 && content.vt[0].isZero(0);
@@ -315,7 +274,7 @@ bool HasFillerVt(const ObjContent& content) {
 
 std::optional<Eigen::VectorXd> CentredProfile(const GrayImage& image, Camera camera) {
   Outline outline;
-  if (!CentreOnOutline(image, &camera) || !OutlineFromImage(image, camera, kAngles, &outline))
+  if (!CentreOnOutline(image, &camera) || !OutlineFromImage(image, camera, kTurnAngles, &outline))
     return {};
   return outline.radius;
 }
@@ -387,7 +346,7 @@ Dataset ReadDataset(const std::string& folder) {
                            ", expected data/Fabric N/silhouettes");
     }
     ReadFabrics(has_data ? data : root, &dataset);
-    ReadTrainingImages((has_data ? root : root / "..") / "bnn_image_gt", &dataset);
+    CountTrainingImages((has_data ? root : root / "..") / "bnn_image_gt", &dataset);
   } catch (const fs::filesystem_error& error) {
     throw InputError(folder, std::string("cannot be listed: ") + error.what());
   }
@@ -398,7 +357,7 @@ std::vector<int> ParseIndexList(const std::string& text, const std::string& wher
   std::set<int> numbers;
   for (size_t begin = 0; !text.empty();) {
     const size_t comma = text.find(',', begin);
-    Part(text.substr(begin, comma - begin), where).AddTo(&numbers);
+    AddIndices(text.substr(begin, comma - begin), where, &numbers);
     if (comma == std::string::npos) break;
     begin = comma + 1;
   }
@@ -489,14 +448,10 @@ std::optional<QuarterTurn> FindQuarterTurn(const ObjSurface& surface, const Gray
   const auto seen = CentredProfile(Rasterize(surface, camera, kTurnSupersample), camera);
   if (!measured || !seen) return {};
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  QuarterTurn best{0, kInfinity, kInfinity};
+  QuarterTurn best{0, kInfinity};
   for (int quarters = 0; quarters < 4; ++quarters) {
-    const double rms = ProfileRms(*measured, Shifted(*seen, quarters * kAngles / 4));
-    if (rms < best.rms) {
-      best = {quarters, rms, best.rms};
-    } else {
-      best.second_rms = std::min(best.second_rms, rms);
-    }
+    const double rms = ProfileRms(*measured, Shifted(*seen, quarters * kTurnAngles / 4));
+    if (rms < best.rms) best = {quarters, rms};
   }
   return best;
 }

@@ -35,25 +35,15 @@ struct Capture {
   std::string Name() const;  // "fabric 1, sample 2, capture 3"
 };
 
-// A training image of the published experiments.
-struct TrainingImage {
-  std::string fabric;  // the folder's name
-  int sample = 0;
-  ClothFace face = ClothFace::kUnknown;
-  int drape = 0;        // the n-th drape of this face
-  int observation = 0;  // 0 when its name has no number
-  std::string image;
-};
-
 struct FileNote {
   std::string path, text;
 };
 
 struct Dataset {
-  std::vector<Capture> captures;               // by fabric, sample, capture
-  std::vector<TrainingImage> training_images;  // by folder, sample, face
-  std::vector<FileNote> skipped;               // files that were not used, and why
-  std::vector<FileNote> notes;  // files that are used as something other than their name says
+  std::vector<Capture> captures;  // by fabric, sample, capture
+  size_t training_images = 0;     // of the published experiments, which are counted alone
+  std::vector<FileNote> skipped;  // files that were not used, and why
+  std::vector<FileNote> notes;    // files that are used as something other than their name says
 };
 
 // Lists the files below `folder`, which is the data set or its folder `data` [MODEL, M52]. It uses
@@ -127,9 +117,8 @@ PublishedMesh ReadPublishedMesh(const std::string& path);
 
 // The rotation by quarters·90° counter-clockwise that brings a mesh onto an image.
 struct QuarterTurn {
-  int quarters = 0;       // 0 … 3
-  double rms = 0;         // of the outlines after it, each about its own centre [px]
-  double second_rms = 0;  // after the next best turn [px]
+  int quarters = 0;  // 0 … 3
+  double rms = 0;    // of the outlines after it, each about its own centre [px]
 };
 
 // Some published meshes are turned by 90° against their images: four of the 40 meshes of fabrics

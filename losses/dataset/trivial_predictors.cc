@@ -252,7 +252,7 @@ DatasetReport EvaluateDataset(const DatasetQuery& query, const Camera& camera,
                               const RunControl& control) {
   const Dataset dataset = ReadDataset(query.folder);
   DatasetReport report;
-  report.training_images = dataset.training_images.size();
+  report.training_images = dataset.training_images;
   report.skipped = dataset.skipped;
   report.notes = dataset.notes;
   if (query.split.empty()) {

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/image/image.h"
 
-// jpeglib.h needs size_t and FILE, and jerror.h needs jpeglib.h.
-// clang-format off
-#include <csetjmp>
-#include <cstdio>
-#include <jpeglib.h>
-#include <jerror.h>
-// clang-format on
 #include <glog/logging.h>
+#include <libexif/exif-data.h>
 #include <png.h>
+#include <turbojpeg.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -18,8 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <span>
-#include <string_view>
+#include <memory>
 #include <utility>
 
 #include "physics/util/atomic_file.h"
@@ -44,73 +38,29 @@ void CheckPixelCount(int64_t width, int64_t height, const std::string& where) {
   }
 }
 
-// The TIFF structure of EXIF: unsigned numbers in the byte order that its header names.
-class Tiff {
- public:
-  explicit Tiff(std::span<const uint8_t> bytes)
-      : bytes_(bytes), big_endian_(!bytes.empty() && bytes[0] == 'M') {}
+// The value of an entry that is a short or a long number; 0 where there is none.
+uint32_t ReadExifEntry(::ExifData* data, ExifIfd directory, ExifTag tag) {
+  const ExifEntry* entry = exif_content_get_entry(data->ifd[directory], tag);
+  if (entry == nullptr || entry->components == 0) return 0;
+  const ExifByteOrder order = exif_data_get_byte_order(data);
+  if (entry->format == EXIF_FORMAT_SHORT) return exif_get_short(entry->data, order);
+  return entry->format == EXIF_FORMAT_LONG ? exif_get_long(entry->data, order) : 0;
+}
 
-  // The number of `size` bytes at `offset`; 0 where the data end before it.
-  uint32_t At(size_t offset, size_t size) const {
-    if (offset > bytes_.size() || size > bytes_.size() - offset) return 0;
-    uint32_t value = 0;
-    for (size_t i = 0; i < size; ++i)
-      value = value << 8 | bytes_[offset + (big_endian_ ? i : size - 1 - i)];
-    return value;
-  }
-
- private:
-  std::span<const uint8_t> bytes_;
-  bool big_endian_;
-};
-
-// The values of a directory's entries that are short or long numbers.
-class Directory {
- public:
-  Directory(const Tiff& tiff, size_t offset) : tiff_(tiff), offset_(offset) {}
-
-  // 0 where there is no such tag.
-  uint32_t Value(uint32_t tag) const {
-    constexpr uint32_t kShort = 3;
-    constexpr size_t kEntrySize = 12;
-    const uint32_t entries = tiff_.At(offset_, 2);
-    for (uint32_t i = 0; i < entries; ++i) {
-      const size_t entry = offset_ + 2 + kEntrySize * i;
-      if (tiff_.At(entry, 2) != tag) continue;
-      return tiff_.At(entry + 8, tiff_.At(entry + 2, 2) == kShort ? 2 : 4);
-    }
-    return 0;
-  }
-
- private:
-  const Tiff& tiff_;
-  size_t offset_;
-};
-
-// What the payload of a JPEG's APP1 segment ("Exif", then a TIFF header) says: the orientation
-// 1 … 8, tag 0x0112 of its first directory, and of its EXIF directory the focal length in 35-mm
-// film (0xA405) and the size of the picture as it was taken (0xA002, 0xA003). The defaults where
-// the payload is not EXIF, is damaged or does not say.
-ExifData ReadExif(std::span<const uint8_t> app1) {
-  constexpr std::string_view kExif("Exif\0\0", 6);
-  constexpr uint32_t kTiffMark = 42;
-  constexpr uint32_t kOrientation = 0x0112, kExifDirectory = 0x8769;
-  constexpr uint32_t kFocalLengthIn35mm = 0xA405, kPixelWidth = 0xA002, kPixelHeight = 0xA003;
+// What a JPEG says of the camera; the defaults where it has no EXIF data, where they are damaged,
+// or where they do not say.
+ExifData ReadExif(const std::vector<uint8_t>& jpeg) {
   constexpr uint32_t kMostPixels = 1 << 20;
+  const std::unique_ptr<::ExifData, void (*)(::ExifData*)> data(
+      exif_data_new_from_data(jpeg.data(), static_cast<unsigned>(jpeg.size())), exif_data_unref);
   ExifData exif;
-  if (app1.size() < kExif.size() || !std::equal(kExif.begin(), kExif.end(), app1.begin()))
-    return exif;
-  const Tiff tiff(app1.subspan(kExif.size()));
-  if (tiff.At(2, 2) != kTiffMark) return exif;
-  const Directory first(tiff, tiff.At(4, 4));
-  const uint32_t orientation = first.Value(kOrientation);
+  if (data == nullptr) return exif;
+  const uint32_t orientation = ReadExifEntry(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
   if (orientation >= 1 && orientation <= 8) exif.orientation = static_cast<int>(orientation);
-  const uint32_t offset = first.Value(kExifDirectory);
-  if (offset == 0) return exif;
-  const Directory second(tiff, offset);
-  exif.focal_35mm = second.Value(kFocalLengthIn35mm);
-  exif.width = static_cast<int>(std::min(second.Value(kPixelWidth), kMostPixels));
-  exif.height = static_cast<int>(std::min(second.Value(kPixelHeight), kMostPixels));
+  const auto number = [&](ExifTag tag) { return ReadExifEntry(data.get(), EXIF_IFD_EXIF, tag); };
+  exif.focal_35mm = number(EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
+  exif.width = static_cast<int>(std::min(number(EXIF_TAG_PIXEL_X_DIMENSION), kMostPixels));
+  exif.height = static_cast<int>(std::min(number(EXIF_TAG_PIXEL_Y_DIMENSION), kMostPixels));
   return exif;
 }
 
@@ -143,99 +93,39 @@ Picture Upright(Picture picture) {
   return shown;
 }
 
-// libjpeg reports errors through longjmp. The objects are members of this class, outside the
-// functions that call setjmp, so that no destructor is skipped.
-class JpegReader {
- public:
-  explicit JpegReader(const std::vector<uint8_t>& bytes) : bytes_(bytes) {
-    info_.err = jpeg_std_error(&errors_);
-    errors_.error_exit = [](j_common_ptr info) { Self(info)->Fail(info); };
-    errors_.emit_message = [](j_common_ptr info, int level) { Self(info)->Warn(info, level); };
-    info_.client_data = this;
-  }
-  ~JpegReader() { jpeg_destroy_decompress(&info_); }
-  JpegReader(const JpegReader&) = delete;
-  JpegReader& operator=(const JpegReader&) = delete;
-
-  bool ReadHeader() {
-    if (setjmp(escape_)) return false;
-    jpeg_create_decompress(&info_);
-    jpeg_mem_src(&info_, bytes_.data(), bytes_.size());
-    jpeg_save_markers(&info_, kApp1, kMaxSegment);
-    jpeg_read_header(&info_, TRUE);
-    return true;
-  }
-
-  // `samples` has room for all pixels in that colour space.
-  bool ReadPixels(J_COLOR_SPACE space, uint8_t* samples) {
-    if (setjmp(escape_)) return false;
-    info_.out_color_space = space;
-    jpeg_start_decompress(&info_);
-    while (info_.output_scanline < info_.output_height) {
-      uint8_t* row =
-          samples + size_t(info_.output_components) * info_.output_scanline * info_.output_width;
-      jpeg_read_scanlines(&info_, &row, 1);
-    }
-    jpeg_finish_decompress(&info_);
-    return true;
-  }
-
-  int width() const { return static_cast<int>(info_.image_width); }
-  int height() const { return static_cast<int>(info_.image_height); }
-  int channels() const { return info_.num_components; }
-  ExifData exif() const {
-    for (const jpeg_marker_struct* marker = info_.marker_list; marker; marker = marker->next) {
-      const ExifData exif = ReadExif({marker->data, marker->data_length});
-      if (exif.orientation != 1 || exif.focal_35mm > 0 || exif.width > 0) return exif;
-    }
-    return {};
-  }
-  const char* message() const { return message_; }
-
- private:
-  static constexpr int kApp1 = JPEG_APP0 + 1;
-  static constexpr unsigned kMaxSegment = 0xFFFF;
-
-  static JpegReader* Self(j_common_ptr info) { return static_cast<JpegReader*>(info->client_data); }
-
-  [[noreturn]] void Fail(j_common_ptr info) {
-    errors_.format_message(info, message_);
-    longjmp(escape_, 1);
-  }
-
-  // Level −1 is a warning about corrupt data after which libjpeg continues: a truncated file would
-  // become a grey one.
-  void Warn(j_common_ptr info, int level) {
-    if (level < 0 && errors_.msg_code != JWRN_EXTRANEOUS_DATA) Fail(info);
-  }
-
-  const std::vector<uint8_t>& bytes_;
-  jpeg_decompress_struct info_ = {};
-  jpeg_error_mgr errors_ = {};
-  jmp_buf escape_;
-  char message_[JMSG_LENGTH_MAX] = {};
-};
-
 bool LooksLikeJpeg(const std::vector<uint8_t>& bytes) {
   return bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF;
 }
 
+// After a warning about damaged data, TurboJPEG decodes the rest of the picture as grey. Only bytes
+// between the last pixel and the end marker do no harm, and some telephones write them. TurboJPEG
+// keeps the first warning, so that no other one can have come before.
+bool IsHarmless(tjhandle decoder) {
+  return tjGetErrorCode(decoder) == TJERR_WARNING &&
+         std::string(tjGetErrorStr2(decoder)).ends_with("extraneous bytes before marker 0xd9");
+}
+
 Picture DecodeJpeg(const std::vector<uint8_t>& bytes, int channels, const std::string& where) {
-  JpegReader reader(bytes);
-  const auto broken = [&] {
-    return InputError(where, std::string("truncated or damaged JPEG: ") + reader.message());
+  const std::unique_ptr<void, int (*)(tjhandle)> owner(tjInitDecompress(), tjDestroy);
+  tjhandle const decoder = owner.get();
+  CHECK(decoder) << tjGetErrorStr2(nullptr);
+  int width = 0, height = 0, sampling = 0, space = 0;
+  const auto broken = [&](const char* how) {
+    return InputError(where, std::string("truncated or damaged JPEG: ") + how);
   };
-  if (!reader.ReadHeader()) throw broken();
-  if (reader.channels() != 1 && reader.channels() != 3) {
-    throw InputError(where, "JPEG has " + std::to_string(reader.channels()) +
-                                " channels, expected 1 (grey) or 3 (colour)");
-  }
-  CheckPixelCount(reader.width(), reader.height(), where);
-  Picture picture{reader.width(), reader.height(),
-                  std::vector<uint8_t>(size_t(channels) * reader.width() * reader.height()),
-                  reader.exif()};  // the end of the decompression forgets it
-  if (!reader.ReadPixels(channels == 1 ? JCS_GRAYSCALE : JCS_RGB, picture.samples.data()))
-    throw broken();
+  if (tjDecompressHeader3(decoder, bytes.data(), bytes.size(), &width, &height, &sampling,
+                          &space) != 0)
+    throw broken(tjGetErrorStr2(decoder));
+  if (width < 1 || height < 1) throw broken("it has no picture");
+  if (space == TJCS_CMYK || space == TJCS_YCCK)
+    throw InputError(where, "JPEG has 4 channels, expected 1 (grey) or 3 (colour)");
+  CheckPixelCount(width, height, where);
+  Picture picture{width, height, std::vector<uint8_t>(size_t(channels) * width * height),
+                  ReadExif(bytes)};
+  if (tjDecompress2(decoder, bytes.data(), bytes.size(), picture.samples.data(), width, 0, height,
+                    channels == 1 ? TJPF_GRAY : TJPF_RGB, 0) != 0 &&
+      !IsHarmless(decoder))
+    throw broken(tjGetErrorStr2(decoder));
   return Upright(std::move(picture));
 }
 

@@ -53,14 +53,14 @@ struct Photograph {
 // Reads an image in colour, with what EXIF says about the camera.
 Photograph ReadPhotograph(const std::string& path);
 
-// Writes an 8-bit PNG (a silhouette as black cloth on white). A silhouette's comment says of which
-// discs it is, where they are given. The write is atomic: throws InputError, naming the path, when
-// the folder or the disk does not allow it, and a file that existed before is then unchanged.
+// Writes an 8-bit PNG (a silhouette as black cloth on white). If `discs` are given, a comment in
+// the file names them. The write is atomic: throws InputError, naming the path, when the folder or
+// the disk does not allow it, and a file that existed before is then unchanged.
 void WritePng(const GrayImage& image, const std::string& path,
               const std::optional<DrapeDiscs>& discs = {});
 void WritePng(const RgbImage& image, const std::string& path);
-// What that comment says; none in a PNG of others and in another file. Throws InputError for a file
-// that cannot be read.
+// Reads the discs from that comment; none if the file is no PNG or has no such comment. Throws
+// InputError for a file that cannot be read.
 std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path);
 
 }  // namespace drape

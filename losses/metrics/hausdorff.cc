@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/metrics/hausdorff.h"
-
 // distance.h of CGAL 5.5 does not compile before the kernel.
 // clang-format off
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -19,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "losses/metrics/metrics.h"
+#include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -35,17 +35,13 @@ struct Curve {
   }
   int size() const { return static_cast<int>(points.cols()); }
   Vector2d Edge(int i) const { return points.col((i + 1) % size()) - points.col(i); }
+  double DistanceTo(const Vector2d& p, int segment) const {
+    return DistanceToSegment(p, points.col(segment), points.col((segment + 1) % size()));
+  }
 
   const Matrix2Xd& points;
   Eigen::VectorXd arc;
 };
-
-double DistanceToSegment(const Vector2d& p, const Curve& curve, int segment) {
-  const Vector2d a = curve.points.col(segment), e = curve.Edge(segment);
-  const double length2 = e.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * e).norm();
-}
 
 struct Nearest {
   double distance = std::numeric_limits<double>::infinity();
@@ -56,9 +52,9 @@ struct Nearest {
 // can be nearer than `best` until the curve has run the length distance − best, so those in between
 // are skipped. `guess` is a segment that is probably near.
 Nearest FindNearest(const Vector2d& p, const Curve& curve, int guess) {
-  Nearest nearest{DistanceToSegment(p, curve, guess), guess};
+  Nearest nearest{curve.DistanceTo(p, guess), guess};
   for (int i = 0; i < curve.size(); ++i) {
-    const double distance = DistanceToSegment(p, curve, i);
+    const double distance = curve.DistanceTo(p, i);
     if (distance < nearest.distance) nearest = {distance, i};
     const double reach = curve.arc[i + 1] + distance - nearest.distance;
     while (i + 1 < curve.size() && curve.arc[i + 2] < reach) ++i;
@@ -75,9 +71,9 @@ struct Piece {
 // bounds the distance to the target on the whole piece.
 double UpperBound(const Piece& piece, const Curve& target) {
   const double by_a =
-      std::max(piece.near_a.distance, DistanceToSegment(piece.b, target, piece.near_a.segment));
+      std::max(piece.near_a.distance, target.DistanceTo(piece.b, piece.near_a.segment));
   const double by_b =
-      std::max(piece.near_b.distance, DistanceToSegment(piece.a, target, piece.near_b.segment));
+      std::max(piece.near_b.distance, target.DistanceTo(piece.a, piece.near_b.segment));
   return std::min(by_a, by_b);
 }
 

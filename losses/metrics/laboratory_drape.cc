@@ -13,9 +13,22 @@ namespace {
 
 constexpr double kPercent = 100.0;
 
-Eigen::Vector2d HemPoint(const Eigen::VectorXd& radius, int k) {
-  const double angle = 2 * M_PI * k / static_cast<double>(radius.size());
-  return radius[k] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius) {
+  const std::vector<Fold> folds = FindFolds(radius);
+  const Eigen::Matrix2Xd hem = ProfilePolygon(radius);
+  std::vector<DrapeNode> nodes;
+  for (std::size_t i = 0; i < folds.size(); ++i) {
+    const int before = folds[i].valley, after = folds[(i + 1) % folds.size()].valley;
+    const double peak = radius[folds[i].peak];
+    nodes.push_back({.angle = 2 * M_PI * folds[i].peak / static_cast<double>(radius.size()),
+                     .radius = peak,
+                     .height = peak - 0.5 * (radius[before] + radius[after]),
+                     .width = (hem.col(after) - hem.col(before)).norm()});
+  }
+  if (nodes.size() == 1) nodes[0].width = 2 * radius[folds[0].valley];  // both valleys are one
+  std::sort(nodes.begin(), nodes.end(),
+            [](const DrapeNode& a, const DrapeNode& b) { return a.angle < b.angle; });
+  return nodes;
 }
 
 struct MeanAndDeviation {
@@ -73,23 +86,6 @@ nlohmann::ordered_json RowJson(const LaboratoryRow& row) {
 
 }  // namespace
 
-std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius, double min_prominence) {
-  const std::vector<Fold> folds = FindFolds(radius, min_prominence);
-  std::vector<DrapeNode> nodes;
-  for (std::size_t i = 0; i < folds.size(); ++i) {
-    const int before = folds[i].valley, after = folds[(i + 1) % folds.size()].valley;
-    const double peak = radius[folds[i].peak];
-    nodes.push_back({.angle = 2 * M_PI * folds[i].peak / static_cast<double>(radius.size()),
-                     .radius = peak,
-                     .height = peak - 0.5 * (radius[before] + radius[after]),
-                     .width = (HemPoint(radius, after) - HemPoint(radius, before)).norm()});
-  }
-  if (nodes.size() == 1) nodes[0].width = 2 * radius[folds[0].valley];  // both valleys are one
-  std::sort(nodes.begin(), nodes.end(),
-            [](const DrapeNode& a, const DrapeNode& b) { return a.angle < b.angle; });
-  return nodes;
-}
-
 LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const DrapeDiscs& discs) {
   LaboratoryDrape drape{.discs = discs, .nodes = FindNodes(radius)};
   const double overhang = discs.specimen - discs.support;
@@ -114,7 +110,7 @@ LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const Drap
 }
 
 LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title) {
-  constexpr double kPercent = 100.0, kCentimetres = 100.0;  // in 1, in a metre
+  constexpr double kCentimetres = 100.0;  // in a metre
   LaboratorySheet sheet{title, {}};
   const auto add = [&](const char* key, const char* name, double value, const char* unit,
                        const char* standard = "", const char* source = "measured") {

@@ -12,7 +12,8 @@
 
 namespace drape {
 
-// A node (fold) of an outline: a peak between two valleys.
+// A node (fold) of an outline: a peak that CountFolds counts, between two valleys. Peaks and
+// valleys are found on the smoothed profile, radii are of the profile itself.
 struct DrapeNode {
   double angle = 0.0;   // of the peak [rad]
   double radius = 0.0;  // of the peak [m]
@@ -21,15 +22,11 @@ struct DrapeNode {
   double severity() const { return height / width; }
 };
 
-// The nodes of a profile r(θ_k) [m], θ_k = 2πk/K: those that CountFolds counts, by their angles.
-// Peaks and valleys are found on the profile smoothed as there, radii are of the profile itself.
-std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
-
 // What laboratories read off the outline of a drape. Quantities of nodes are 0 without nodes.
 struct LaboratoryDrape {
   DrapeDiscs discs;
-  double drape_coefficient = 0.0;  // [%]
-  std::vector<DrapeNode> nodes;
+  double drape_coefficient = 0.0;   // [%]
+  std::vector<DrapeNode> nodes;     // by their angles
   double spacing_mean = 0.0;        // of neighbouring nodes [rad]
   double spacing_variation = 0.0;   // SD/mean of these, over the nodes that there are
   double severity_mean = 0.0;       // height over width at the base

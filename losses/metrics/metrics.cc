@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
-#include "losses/metrics/hausdorff.h"
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/silhouette.h"
@@ -29,11 +28,20 @@ double PixelOrWhite(const GrayImage& image, int column, int row) {
   return inside ? image.at(column, row) : 0.0;
 }
 
-double Bilinear(const GrayImage& image, double column, double row) {
-  const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
-  const double u = column - c, v = row - r;
-  return (1 - v) * ((1 - u) * PixelOrWhite(image, c, r) + u * PixelOrWhite(image, c + 1, r)) +
-         v * ((1 - u) * PixelOrWhite(image, c, r + 1) + u * PixelOrWhite(image, c + 1, r + 1));
+// The image of its size whose pixels are bilinear samples at place_of(column, row).
+GrayImage Resampled(const GrayImage& image, const auto& place_of) {
+  GrayImage result(image.width, image.height);
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      const Eigen::Vector2d place = place_of(column, row);
+      const int c = static_cast<int>(std::floor(place.x()));
+      const int r = static_cast<int>(std::floor(place.y()));
+      const double u = place.x() - c, v = place.y() - r;
+      result.at(column, row) = static_cast<float>(
+          (1 - v) * ((1 - u) * PixelOrWhite(image, c, r) + u * PixelOrWhite(image, c + 1, r)) +
+          v * ((1 - u) * PixelOrWhite(image, c, r + 1) + u * PixelOrWhite(image, c + 1, r + 1)));
+    }
+  return result;
 }
 
 void CheckSameSize(const GrayImage& a, const GrayImage& b) {
@@ -142,25 +150,17 @@ ObservedDrape ObserveDisc(double radius, const Camera& camera, const DrapeDiscs&
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation,
                       bool mirrored) {
   const double c = std::cos(rotation), s = std::sin(rotation), sign = mirrored ? -1 : 1;
-  GrayImage turned(image.width, image.height);
-  for (int row = 0; row < image.height; ++row) {
-    for (int col = 0; col < image.width; ++col) {
-      const double x = col - camera.cx, y = camera.cy - row;
-      const double from_x = c * x + s * y, from_y = sign * (c * y - s * x);
-      turned.at(col, row) =
-          static_cast<float>(Bilinear(image, camera.cx + from_x, camera.cy - from_y));
-    }
-  }
-  return turned;
+  return Resampled(image, [&](int column, int row) {
+    const double x = column - camera.cx, y = camera.cy - row;
+    const double from_x = c * x + s * y, from_y = sign * (c * y - s * x);
+    return Eigen::Vector2d(camera.cx + from_x, camera.cy - from_y);
+  });
 }
 
 GrayImage MovedImage(const GrayImage& image, const Camera& from, const Camera& to) {
-  GrayImage moved(image.width, image.height);
-  for (int row = 0; row < image.height; ++row)
-    for (int col = 0; col < image.width; ++col)
-      moved.at(col, row) =
-          static_cast<float>(Bilinear(image, col + from.cx - to.cx, row + from.cy - to.cy));
-  return moved;
+  return Resampled(image, [&](int column, int row) {
+    return Eigen::Vector2d(column + from.cx - to.cx, row + from.cy - to.cy);
+  });
 }
 
 void MeanImage::Add(const GrayImage& image) {

@@ -179,6 +179,19 @@ DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b);
 
 DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b, const Camera& camera);
 
+// The symmetric Hausdorff distance of two closed polygons (their curves, not their areas), shape
+// [2, N] and [2, M], in the unit of the points. It is taken over all points of the curves, not only
+// the vertices, and is exact to `tolerance`.
+double HausdorffOfPolygons(const Eigen::Matrix2Xd& a, const Eigen::Matrix2Xd& b,
+                           double tolerance = 1e-7);
+
+// The symmetric Hausdorff distance [m] of two sets of triangles, to within `tolerance` [m] (CGAL).
+// The sets are cut apart where they are no manifold; triangles of zero area and vertices without a
+// triangle are ignored. Throws InputError (prefix `where`) when a coordinate is not finite and when
+// nothing is left.
+double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,
+                           double tolerance = 1e-4);
+
 // The symmetric Hausdorff distances of two surfaces to within `tolerance` [m] (CGAL), with the
 // second surface unmoved and after `alignment`. Throws InputError (prefix `where`) for a position
 // that is not finite.

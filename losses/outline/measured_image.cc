@@ -124,13 +124,6 @@ void Blend(RgbImage* picture, int column, int row, const Color& color, double al
   }
 }
 
-double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
-  const Vector2d e = b - a;
-  const double length2 = e.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * e).norm();
-}
-
 // Draws an anti-aliased closed polygon. The opacity is collected over all segments first, so that
 // joints are not painted twice.
 void RenderPolygon(const Eigen::Matrix2Xd& points, double line_width, const Color& color,
@@ -189,18 +182,11 @@ Line Circle(double radius, const Camera& camera, const Color& color) {
 }
 
 // The first line is drawn last, over the others.
-RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::vector<Line>& lines,
-                     const OverlayOptions& options) {
+RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::vector<Line>& lines) {
   constexpr int kSize = 1000;         // [px] of a picture that needs no enlargement
   constexpr double kLineShare = 500;  // a line is this part of the width of a larger picture
-  CHECK_GE(options.upscale, 0);
-  CHECK_GE(options.line_width, 0);
-  const int upscale = options.upscale > 0
-                          ? options.upscale
-                          : std::clamp(kSize / std::max(image.width, image.height), 1, 3);
-  const double line_width = options.line_width > 0
-                                ? options.line_width
-                                : std::max(2.0, image.width * upscale / kLineShare);
+  const int upscale = std::clamp(kSize / std::max(image.width, image.height), 1, 3);
+  const double line_width = std::max(2.0, image.width * upscale / kLineShare);
   RgbImage picture = PaleUpscaled(image, upscale);
   for (auto line = lines.rbegin(); line != lines.rend(); ++line)
     RenderProfile(line->radius, camera, upscale, line->relative_width * line_width, line->color,
@@ -285,22 +271,19 @@ std::string CameraText(const Camera& camera, const ImageQuality& quality) {
 
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
-                       const DrapeDiscs& discs, const OverlayOptions& options) {
+                       const DrapeDiscs& discs) {
   return RenderLines(image, camera,
-                     {{fitted_radius, options.fitted, 1.0},
-                      {measured_radius, options.measured, 1.0},
-                      Circle(discs.support, camera, options.support)},
-                     options);
+                     {{fitted_radius, kFittedColor, 1.0},
+                      {measured_radius, kMeasuredColor, 1.0},
+                      Circle(discs.support, camera, kSupportColor)});
 }
 
 RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
-                           const Camera& camera, const DrapeDiscs& discs,
-                           const OverlayOptions& options) {
+                           const Camera& camera, const DrapeDiscs& discs) {
   return RenderLines(image, camera,
-                     {{measured_radius, options.measured, 1.0},
-                      Circle(discs.specimen, camera, options.flat),
-                      Circle(discs.support, camera, options.support)},
-                     options);
+                     {{measured_radius, kMeasuredColor, 1.0},
+                      Circle(discs.specimen, camera, kFlatColor),
+                      Circle(discs.support, camera, kSupportColor)});
 }
 
 }  // namespace drape

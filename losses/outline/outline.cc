@@ -12,6 +12,8 @@
 namespace drape {
 namespace {
 
+using Eigen::Vector2d;
+
 constexpr double kRayStep = 0.25;  // [px]
 constexpr double kLevel = 0.5;
 
@@ -23,13 +25,14 @@ double SampleCoverage(const GrayImage& image, double column, double row) {
          v * ((1 - u) * image.at(c, r + 1) + u * image.at(c + 1, r + 1));
 }
 
-double SampleRay(const GrayImage& image, const Camera& camera, const Vec2& direction,
+double SampleRay(const GrayImage& image, const Camera& camera, const Vector2d& direction,
                  double radius) {
-  return SampleCoverage(image, camera.cx + radius * direction.x, camera.cy - radius * direction.y);
+  return SampleCoverage(image, camera.cx + radius * direction.x(),
+                        camera.cy - radius * direction.y());
 }
 
 // The radius of the outermost level crossing [px], or 0.
-double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec2& direction) {
+double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vector2d& direction) {
   const double reach = std::hypot(std::max(camera.cx, image.width - camera.cx),
                                   std::max(camera.cy, image.height - camera.cy));
   double previous = 0;
@@ -53,16 +56,14 @@ bool CollectMissing(Outline* outline) {
 // Projects the hem [px], about the camera centre and y up. Returns false where a point is not
 // finite or not in front of the camera.
 bool ProjectHem(const std::vector<int>& hem, const Eigen::VectorXd& x, const Camera& camera,
-                std::vector<Vec2>* points) {
+                std::vector<Vector2d>* points) {
   points->clear();
   for (const int vertex : hem) {
     const double* place = &x[3 * vertex];
     double image[2];
     camera.Project(place, image);
-    const Vec2 point{image[0] - camera.cx, camera.cy - image[1]};
-    if (!(camera.IsInFront(place) && std::isfinite(point.x) && std::isfinite(point.y) &&
-          std::isfinite(place[2])))
-      return false;
+    const Vector2d point{image[0] - camera.cx, camera.cy - image[1]};
+    if (!(camera.IsInFront(place) && point.allFinite() && std::isfinite(place[2]))) return false;
     points->push_back(point);
   }
   return true;
@@ -78,38 +79,40 @@ struct RayCrossing {
 // Records the segment a→b of the hem if it is the outermost crossing so far. A vertex lies on the
 // same side of a ray in both of its segments (half-open rule), so that no ray passes between two
 // segments.
-void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment, RayCrossing* outermost) {
-  const double side_a = Cross(ray, a), side_b = Cross(ray, b);
+void CrossRay(const Vector2d& ray, const Vector2d& a, const Vector2d& b, int segment,
+              RayCrossing* outermost) {
+  const double side_a = Determinant(ray, a), side_b = Determinant(ray, b);
   if ((side_a > 0) == (side_b > 0)) return;
   const double t = side_a / (side_a - side_b);
-  const double radius = Dot(ray, a + t * (b - a));
+  const double radius = ray.dot(a + t * (b - a));
   if (radius > outermost->radius) *outermost = {segment, t, radius};
 }
 
 // ∂r of the crossing at a + t(b − a), with edge = b − a [MODEL, M47]: the normal of the segment
 // over its component along the ray, distributed to the ends at x_a and x_b [m].
-void RadiusByEnds(const Camera& camera, const Vec2& ray, const Vec2& edge, double t,
+void RadiusByEnds(const Camera& camera, const Vector2d& ray, const Vector2d& edge, double t,
                   const double* x_a, const double* x_b, double d_radius[6]) {
-  const double across = Cross(ray, edge);
-  const Vec2 by_image{edge.y / across, edge.x / across};  // rows of the image run down
+  const double across = Determinant(ray, edge);
+  const Vector2d by_image{edge.y() / across, edge.x() / across};  // rows of the image run down
   camera.AdjProject(x_a, (1 - t) * by_image, d_radius);
   camera.AdjProject(x_b, t * by_image, d_radius + 3);
 }
 
 // The range of angle indices (not wrapped) of the rays that the segment a→b may cross, wider by one
 // at each end.
-std::pair<int, int> AngleRange(const Vec2& a, const Vec2& b, int num_angles) {
-  const double start = std::atan2(a.y, a.x);
-  const double end = start + std::atan2(Cross(a, b), Dot(a, b));
+std::pair<int, int> AngleRange(const Vector2d& a, const Vector2d& b, int num_angles) {
+  const double start = std::atan2(a.y(), a.x());
+  const double end = start + std::atan2(Determinant(a, b), a.dot(b));
   const double per_radian = num_angles / (2 * M_PI);
   return {static_cast<int>(std::floor(std::min(start, end) * per_radian)),
           static_cast<int>(std::ceil(std::max(start, end) * per_radian))};
 }
 
 // Updates the crossings of the rays that a segment may cross.
-void CrossSegment(const std::vector<Vec2>& hem, int segment, std::vector<RayCrossing>* crossings) {
+void CrossSegment(const std::vector<Vector2d>& hem, int segment,
+                  std::vector<RayCrossing>* crossings) {
   const int num_angles = static_cast<int>(crossings->size());
-  const Vec2 &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
+  const Vector2d &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
   const auto [first, last] = AngleRange(a, b, num_angles);
   for (int index = first; index <= last; ++index) {
     const int k = ((index % num_angles) + num_angles) % num_angles;
@@ -139,11 +142,6 @@ constexpr int kBandEdges[kNumBands][2] = {{2, 2}, {3, 5}, {6, 9}, {10, 15}};
 // cos kθ + i·sin kθ at angle i of n.
 std::complex<double> Wave(int k, int i, int n) { return std::polar(1.0, 2 * M_PI * k * i / n); }
 
-// Twice the signed area between the axis and the edge from a to b.
-double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 constexpr double kShortening = 0.09;
 constexpr int kRounds = 12;
 // Shares of the support's radius, as seen at its height. Up to kBend the outline is mostly the bend
@@ -153,10 +151,10 @@ constexpr double kBend = 1.02, kHem = 1.065;
 constexpr double kLeastHems = 0.2;
 
 // The profile of a closed polygon about the origin at K equal angles.
-Eigen::VectorXd ProfileOfPolygon(const std::vector<Vec2>& polygon, int num_angles) {
+Eigen::VectorXd ProfileOfPolygon(const std::vector<Vector2d>& polygon, int num_angles) {
   Eigen::VectorXd radius(num_angles);
   for (int k = 0; k < num_angles; ++k) {
-    const Vec2 ray = RayDirection(k, num_angles);
+    const Vector2d ray = RayDirection(k, num_angles);
     RayCrossing outermost;
     for (size_t i = 0; i < polygon.size(); ++i)
       CrossRay(ray, polygon[i], polygon[(i + 1) % polygon.size()], static_cast<int>(i), &outermost);
@@ -178,7 +176,7 @@ bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angl
   return CollectMissing(outline);
 }
 
-double FirstExit(const GrayImage& image, const Camera& camera, const Vec2& direction) {
+double FirstExit(const GrayImage& image, const Camera& camera, const Vector2d& direction) {
   double radius = 0;
   while (SampleRay(image, camera, direction, radius) >= kLevel) radius += kRayStep;
   return radius;
@@ -191,7 +189,7 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
   const std::vector<int>& hem = mesh.boundary_loops[0];
   outline->radius.setZero(num_angles);
   outline->hits.assign(num_angles, {});
-  std::vector<Vec2> points;
+  std::vector<Vector2d> points;
   std::vector<RayCrossing> crossings(num_angles);
   if (ProjectHem(hem, x, camera, &points)) {
     for (size_t i = 0; i < hem.size(); ++i) CrossSegment(points, i, &crossings);
@@ -247,6 +245,13 @@ Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
   return seeds;
 }
 
+double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
+  const Vector2d e = b - a;
+  const double length2 = e.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * e).norm();
+}
+
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
@@ -289,23 +294,23 @@ void CentreOnFarCloth(const GrayImage& image, Camera* camera) {
   camera->cy = row;
 }
 
-// Makes one turn from the lowest point with hysteresis: a rise by min_prominence above the lowest
-// point since the last fold, followed by a fall by min_prominence, is one peak of that prominence.
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double min_prominence) {
-  CHECK_GT(min_prominence, 0);
+// Makes one turn from the lowest point with hysteresis: a rise by kMinProminence above the lowest
+// point since the last fold, followed by a fall by kMinProminence, is one peak of that prominence.
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius) {
+  constexpr double kMinProminence = 2.5e-3;  // [m]
   const Eigen::VectorXd r = Smooth(radius);
   const int n = static_cast<int>(r.size());
   int start = 0, extreme = 0;
   r.minCoeff(&start);
   extreme = start;
-  bool rising = false;  // a rise by min_prominence has occurred
+  bool rising = false;  // a rise by kMinProminence has occurred
   std::vector<Fold> folds;
   int valley = start;
   for (int i = 1; i <= n; ++i) {
     const int k = (start + i) % n;
     const double sign = rising ? 1.0 : -1.0;
     if (sign * r[k] > sign * r[extreme]) extreme = k;
-    if (sign * (r[extreme] - r[k]) < min_prominence) continue;
+    if (sign * (r[extreme] - r[k]) < kMinProminence) continue;
     if (rising)
       folds.push_back({valley, extreme});
     else
@@ -332,9 +337,7 @@ double ProfileArea(const Eigen::VectorXd& radius) {
   return M_PI * radius.squaredNorm() / radius.size();
 }
 
-int CountFolds(const Eigen::VectorXd& radius, double min_prominence) {
-  return static_cast<int>(FindFolds(radius, min_prominence).size());
-}
+int CountFolds(const Eigen::VectorXd& radius) { return static_cast<int>(FindFolds(radius).size()); }
 
 std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius) {
   const int n = static_cast<int>(radius.size());
@@ -348,11 +351,9 @@ std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius) {
 }
 
 Eigen::Matrix2Xd ProfilePolygon(const Eigen::VectorXd& radius) {
-  Eigen::Matrix2Xd polygon(2, radius.size());
-  for (Eigen::Index k = 0; k < radius.size(); ++k) {
-    const double angle = 2 * M_PI * k / radius.size();
-    polygon.col(k) = radius[k] * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-  }
+  const int num_angles = static_cast<int>(radius.size());
+  Eigen::Matrix2Xd polygon(2, num_angles);
+  for (int k = 0; k < num_angles; ++k) polygon.col(k) = radius[k] * RayDirection(k, num_angles);
   return polygon;
 }
 
@@ -360,8 +361,8 @@ double IsoperimetricRatio(const Eigen::VectorXd& radius) {
   const Eigen::Matrix2Xd polygon = ProfilePolygon(radius);
   double area = 0, length = 0;
   for (Eigen::Index k = 0; k < polygon.cols(); ++k) {
-    const Eigen::Vector2d a = polygon.col(k), b = polygon.col((k + 1) % polygon.cols());
-    area += 0.5 * Cross(a, b);
+    const Vector2d a = polygon.col(k), b = polygon.col((k + 1) % polygon.cols());
+    area += 0.5 * Determinant(a, b);
     length += (b - a).norm();
   }
   return 4 * M_PI * area / (length * length);
@@ -408,11 +409,11 @@ Eigen::VectorXd IsoperimetricGradient(const Eigen::VectorXd& radius) {
   double area = 0, length = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const Eigen::Index next = (k + 1) % n;
-    const Eigen::Vector2d a = polygon.col(k), b = polygon.col(next), edge = (b - a).normalized();
-    area += 0.5 * Cross(a, b);
+    const Vector2d a = polygon.col(k), b = polygon.col(next), edge = (b - a).normalized();
+    area += 0.5 * Determinant(a, b);
     length += (b - a).norm();
-    by_area[k] += 0.5 * Cross(along.col(k), b);
-    by_area[next] += 0.5 * Cross(a, along.col(next));
+    by_area[k] += 0.5 * Determinant(along.col(k), b);
+    by_area[next] += 0.5 * Determinant(a, along.col(next));
     by_length[k] -= edge.dot(along.col(k));
     by_length[next] += edge.dot(along.col(next));
   }
@@ -447,11 +448,11 @@ double EstimatedHemHeight(double r, const DrapeDiscs& discs) {
   return -free_length * std::sqrt(std::max(chord * chord - u * u, 0.0));
 }
 
-Eigen::Vector2d EstimatedOutermost(const std::function<Eigen::Vector2d(double)>& point_at,
-                                   const DrapeDiscs& discs) {
-  const Eigen::Vector2d bend = point_at(0.0);
+Vector2d EstimatedOutermost(const std::function<Vector2d(double)>& point_at,
+                            const DrapeDiscs& discs) {
+  const Vector2d bend = point_at(0.0);
   double z = 0.5 * EstimatedHemHeight(discs.support, discs);
-  Eigen::Vector2d hem = point_at(z);
+  Vector2d hem = point_at(z);
   for (int round = 0; round < kRounds; ++round) {
     z = 0.5 * (z + EstimatedHemHeight(hem.norm(), discs));
     hem = point_at(z);
@@ -466,13 +467,12 @@ Eigen::VectorXd VerticalProfile(const Eigen::VectorXd& radius_px, const Camera& 
   CHECK_GE(radius_px.size(), 8);
   if (camera.kind == CameraKind::kOrthographic) return MetresFromPixels(radius_px, camera);
   const int num_angles = static_cast<int>(radius_px.size());
-  std::vector<Vec2> hem;
+  std::vector<Vector2d> hem;
   for (int k = 0; k < num_angles; ++k) {
-    const Vec2 ray = RayDirection(k, num_angles);
-    const Eigen::Vector2d image(camera.cx + radius_px[k] * ray.x, camera.cy - radius_px[k] * ray.y);
-    const Eigen::Vector2d point =
-        EstimatedOutermost([&](double z) { return camera.WorldFromImage(image, z); }, discs);
-    hem.push_back({point.x(), point.y()});
+    const Vector2d ray = RayDirection(k, num_angles);
+    const Vector2d image(camera.cx + radius_px[k] * ray.x(), camera.cy - radius_px[k] * ray.y());
+    hem.push_back(
+        EstimatedOutermost([&](double z) { return camera.WorldFromImage(image, z); }, discs));
   }
   return ProfileOfPolygon(hem, num_angles);
 }

@@ -25,7 +25,7 @@ struct OutlineHit {
 };
 
 // The direction of ray k of num_angles.
-inline Vec2 RayDirection(int k, int num_angles) {
+inline Eigen::Vector2d RayDirection(int k, int num_angles) {
   const double angle = 2 * M_PI * k / num_angles;
   return {std::cos(angle), std::sin(angle)};
 }
@@ -47,7 +47,7 @@ bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angl
 
 // The distance from the camera's centre at which the coverage first falls below 0.5 along a ray, by
 // samples every 0.25 px [px]; 0 when the centre is not on the cloth.
-double FirstExit(const GrayImage& image, const Camera& camera, const Vec2& direction);
+double FirstExit(const GrayImage& image, const Camera& camera, const Eigen::Vector2d& direction);
 
 // The outermost crossing of each ray with the projected hem (mesh.boundary_loops[0]) of positions x
 // [m], shape [3V]. A fold that bulges over the hem is not seen here, only by RenderSoft. Returns
@@ -66,6 +66,10 @@ RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 
 // Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
+
+// The distance of a point from the segment from a to b.
+double DistanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                         const Eigen::Vector2d& b);
 
 // The root mean square of a − b, in their unit. Both have the same non-zero size.
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
@@ -97,10 +101,10 @@ struct Fold {
   int valley = 0, peak = 0;  // k
 };
 
-// The peaks with a prominence of at least min_prominence [m] after smoothing by a Gaussian of
-// standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise
-// from the lowest place of the profile [m], shape [K].
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double min_prominence);
+// The peaks with a prominence of at least 2.5 mm after smoothing by a Gaussian of standard
+// deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise from the
+// lowest place of the profile [m], shape [K].
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius);
 
 // Features of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
 // depend on the rotation of the drape.
@@ -114,9 +118,8 @@ double DrapeCoefficient(double area, const DrapeDiscs& discs);
 // for smooth profiles.
 double ProfileArea(const Eigen::VectorXd& radius);
 
-// The number of peaks with a prominence of at least min_prominence [m] after smoothing by a
-// Gaussian of standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed).
-int CountFolds(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
+// The number of peaks that FindFolds finds.
+int CountFolds(const Eigen::VectorXd& radius);
 
 // Amplitude a [m] and phase of mode k of the profile: a cos(kθ − phase).
 std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k);

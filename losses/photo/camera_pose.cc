@@ -61,7 +61,7 @@ Vector2d FirstHarmonic(const PoseInput& input, const PhotoPose& pose) {
         EstimatedOutermost([&](double z) { return pose.WorldFromImage(image, z); }, input.discs));
   for (size_t i = 0; i < hem.size(); ++i) {
     const Vector2d &a = hem[i], &b = hem[(i + 1) % hem.size()];
-    sum += 0.5 * (a + b) * std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    sum += 0.5 * (a + b) * std::atan2(Determinant(a, b), a.dot(b));
   }
   return sum / M_PI;
 }

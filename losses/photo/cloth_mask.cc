@@ -94,7 +94,7 @@ cv::Mat1b FillHoles(const cv::Mat1b& mask) {
 
 struct Part {
   int label = 0;
-  double area = 0, distance = 0;
+  double area = 0;
   cv::Rect box;
 };
 
@@ -107,23 +107,13 @@ std::vector<Part> ListParts(const cv::Mat1b& mask, cv::Mat1i* labels) {
     parts.push_back(
         {i,
          double(s[cv::CC_STAT_AREA]),
-         HUGE_VAL,
          {s[cv::CC_STAT_LEFT], s[cv::CC_STAT_TOP], s[cv::CC_STAT_WIDTH], s[cv::CC_STAT_HEIGHT]}});
   }
-  const double column = 0.5 * (mask.cols - 1), row = 0.5 * (mask.rows - 1);
-  for (int r = 0; r < mask.rows; ++r)
-    for (int c = 0; c < mask.cols; ++c)
-      if (const int label = (*labels)(r, c); label > 0)
-        parts[size_t(label) - 1].distance =
-            std::min(parts[size_t(label) - 1].distance, std::hypot(c - column, r - row));
   return parts;
 }
 
-bool TouchesBorder(const cv::Rect& box, cv::Size size) {
-  return box.x <= 0 || box.y <= 0 || box.br().x >= size.width || box.br().y >= size.height;
-}
-
-std::string Side(const cv::Rect& box, cv::Size size) {
+// The sides of the picture that a box touches.
+std::string TouchedSides(const cv::Rect& box, cv::Size size) {
   std::string text;
   const auto add = [&](bool touches, const char* name) {
     if (touches) text += (text.empty() ? "" : ", ") + std::string(name);
@@ -170,10 +160,18 @@ struct Picked {
 };
 Picked PickNearest(const cv::Mat1i& labels, const std::vector<Part>& parts, double largest) {
   constexpr double kCandidate = 1.0 / 8;  // of the largest part
+  const double column = 0.5 * (labels.cols - 1), row = 0.5 * (labels.rows - 1);
   const Part* cloth = nullptr;
-  for (const Part& part : parts)
-    if (part.area >= kCandidate * largest && (!cloth || part.distance < cloth->distance))
+  double nearest = HUGE_VAL;
+  for (int r = 0; r < labels.rows; ++r)
+    for (int c = 0; c < labels.cols; ++c) {
+      const double distance = std::hypot(c - column, r - row);
+      if (labels(r, c) == 0 || distance >= nearest) continue;
+      const Part& part = parts[size_t(labels(r, c)) - 1];
+      if (part.area < kCandidate * largest) continue;
       cloth = &part;
+      nearest = distance;
+    }
   Picked picked{FillHoles((labels == cloth->label) / 255), cloth->box};
   const double area = cv::countNonZero(picked.mask);
   for (const Part& part : parts)
@@ -201,10 +199,10 @@ cv::Mat1b PickCloth(const PhotoPlanes& planes, const PhotoOptions& options, cons
                        "nothing differs from the ground, expected one piece of cloth on a plain "
                        "ground"};
   const Picked picked = PickNearest(labels, parts, largest);
-  if (TouchesBorder(picked.box, mask.size()))
+  if (const std::string sides = TouchedSides(picked.box, mask.size()); !sides.empty())
     throw PhotoFailure{PhotoFault::kCroppedCloth,
-                       "the cloth touches the edge of the picture at the " +
-                           Side(picked.box, mask.size()) + ", expected ground all around it",
+                       "the cloth touches the edge of the picture at the " + sides +
+                           ", expected ground all around it",
                        {LongestOutline(picked.mask)}};
   if (picked.other > kBroken && options.marker == PhotoMarker::kDisc)
     if (const auto joined = JoinAroundDisc(planes, labels, parts, largest)) return *joined;

@@ -30,8 +30,8 @@ RoughCloth FindCloth(const PhotoPlanes& planes, const PhotoOptions& options);
 
 // The cloth with its outline between the colours on either side of it: each pixel near the outline
 // is compared with the mean colours of cloth and ground in its neighbourhood, and the outline
-// moves until that changes nothing. `disc_coverage`: that by the disc, which is not cloth, though
-// inside it. Throws PhotoFailure where cloth and ground are too alike.
+// moves until that changes nothing. `disc_coverage`: the coverage by the disc, which lies inside
+// the outline and is no cloth. Throws PhotoFailure where cloth and ground are too alike.
 struct RefinedCloth {
   cv::Mat1b mask;
   cv::Mat1f coverage;     // 0 … 1

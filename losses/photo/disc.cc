@@ -13,9 +13,12 @@ namespace drape {
 namespace {
 
 using Eigen::Vector2d;
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+using Eigen::VectorXd;
 
-constexpr int kEdgeRays = 720;
-constexpr double kEdgeStep = 0.5;  // [px] along a ray
+constexpr int kRays = 720;
+constexpr double kStep = 0.5;  // [px] between samples along a ray
 
 // Where the colour changes along a ray.
 struct Edge {
@@ -52,11 +55,11 @@ void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const ClothSize&
                   std::vector<Edge>* edges) {
   constexpr int kReach = 6, kMostEdges = 6;
   constexpr double kInner = 0.45, kLeastStrength = 1.5;
-  const double angle = 2 * M_PI * ray / kEdgeRays;
+  const double angle = 2 * M_PI * ray / kRays;
   const Vector2d direction(std::cos(angle), std::sin(angle));
   std::vector<cv::Vec3f> colors;
   std::vector<Vector2d> places;
-  for (double t = kInner * size.radius;; t += kEdgeStep) {
+  for (double t = kInner * size.radius;; t += kStep) {
     const Vector2d p = size.middle + t * direction;
     if (p.x() < 1 || p.y() < 1 || p.x() > lab.cols - 3 || p.y() > lab.rows - 3 ||
         !cloth(static_cast<int>(p.y()), static_cast<int>(p.x())))
@@ -77,7 +80,7 @@ void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const ClothSize&
       continue;
     const double bend = change[i - 1] - 2 * change[i] + change[i + 1];
     const double shift = bend < 0 ? 0.5 * (change[i - 1] - change[i + 1]) / bend : 0.0;
-    found.push_back({places[i] + shift * kEdgeStep * direction, ray, change[i]});
+    found.push_back({places[i] + shift * kStep * direction, ray, change[i]});
   }
   std::sort(found.begin(), found.end(),
             [](const Edge& a, const Edge& b) { return a.strength > b.strength; });
@@ -150,8 +153,8 @@ double DistanceFrom(const cv::RotatedRect& ellipse, const Vector2d& p) {
 std::vector<Vector2d> PointsOn(const std::vector<Edge>& edges, const cv::RotatedRect& ellipse,
                                double tolerance) {
   std::vector<Vector2d> points;
-  std::vector<double> nearest(kEdgeRays, tolerance);
-  std::vector<const Edge*> chosen(kEdgeRays, nullptr);
+  std::vector<double> nearest(kRays, tolerance);
+  std::vector<const Edge*> chosen(kRays, nullptr);
   for (const Edge& edge : edges) {
     const double distance = std::abs(DistanceFrom(ellipse, edge.place));
     if (distance >= nearest[edge.ray]) continue;
@@ -162,14 +165,6 @@ std::vector<Vector2d> PointsOn(const std::vector<Edge>& edges, const cv::Rotated
     if (edge) points.push_back(edge->place);
   return points;
 }
-
-using Eigen::Vector2d;
-using Eigen::Vector3f;
-using Eigen::Vector4f;
-using Eigen::VectorXd;
-
-constexpr int kRays = 720;
-constexpr double kStep = 0.5;  // [px] between samples
 
 // One ray across the rim.
 struct Ray {
@@ -251,7 +246,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   constexpr double kTolerances[] = {0.04, 0.015, 0.008, 0.005};  // of the radius
   const ClothSize size = MeasureSize(cloth);
   std::vector<Edge> edges;
-  for (int ray = 0; ray < kEdgeRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
+  for (int ray = 0; ray < kRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
   if (edges.size() < kLeastPoints) return std::nullopt;
   const Circle circle = BestCircle(edges, size);
   if (circle.radius <= 0) return std::nullopt;
@@ -265,7 +260,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
     if (rim.points.size() < kLeastPoints) return std::nullopt;
     rim.ellipse = FitEllipse(rim.points);
   }
-  rim.share = double(rim.points.size()) / kEdgeRays;
+  rim.share = double(rim.points.size()) / kRays;
   if (rim.share < kLeastShare) return std::nullopt;
   return rim;
 }

@@ -144,7 +144,8 @@ Rectified Rectify(const cv::Mat1f& coverage, const PhotoPose& pose) {
   from_image << 1 / pose.focal, 0, -pose.principal.x() / pose.focal, 0, 1 / pose.focal,
       -pose.principal.y() / pose.focal, 0, 0, 1;
   to_image << focal, 0, 0, 0, focal, 0, 0, 0, 1;
-  Eigen::Matrix3d homography = to_image * flip.asDiagonal() * turn * flip.asDiagonal() * from_image;
+  const Eigen::Matrix3d homography =
+      to_image * flip.asDiagonal() * turn * flip.asDiagonal() * from_image;
   Eigen::Vector2d least(HUGE_VAL, HUGE_VAL), most = -least;
   for (int row = 0; row < coverage.rows; ++row)
     for (int col = 0; col < coverage.cols; ++col)
@@ -169,12 +170,10 @@ Rectified Rectify(const cv::Mat1f& coverage, const PhotoPose& pose) {
   camera.cy = focal * pose.eye.y() / pose.eye.z() - origin.y();
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift.topRightCorner<2, 1>() = -origin;
-  homography = shift * homography;
-  cv::Matx33d matrix;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) matrix(i, j) = homography(i, j);
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> matrix = shift * homography;
   cv::Mat1f turned;
-  cv::warpPerspective(coverage, turned, matrix, {camera.width, camera.height}, cv::INTER_LINEAR);
+  cv::warpPerspective(coverage, turned, cv::Matx33d(matrix.data()), {camera.width, camera.height},
+                      cv::INTER_LINEAR);
   result.silhouette = GrayImage(camera.width, camera.height);
   std::transform(turned.begin(), turned.end(), result.silhouette.coverage.begin(),
                  [](float c) { return std::clamp(c, 0.0f, 1.0f); });
@@ -248,14 +247,9 @@ double FocalLength(const Photograph& photo, const PhotoOptions& options) {
 void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
   if (planes.saturated > kMostOfGround) return;  // back light, or a white ground
-  const std::vector<cv::Point> outline = LongestOutline(cloth);
-  std::vector<cv::Point> hull;
-  cv::convexHull(outline, hull);
-  cv::Mat1b inside = cv::Mat1b::zeros(cloth.size());
-  cv::fillConvexPoly(inside, hull, 1);
   cv::Mat1b white;
   cv::inRange(planes.rgb, cv::Scalar::all(250), cv::Scalar::all(255), white);
-  const cv::Mat1b glare = white & (inside * 255);
+  const cv::Mat1b glare = white & (FilledHull(cloth) * 255);
   const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
   if (share <= kMostOfCloth) return;
   throw PhotoFailure{PhotoFault::kGlare,

@@ -13,13 +13,6 @@ namespace {
 
 constexpr double kPlaceStep = 0.1;  // [px] between the places that are tried
 
-std::array<float, 256> MakeTable() {
-  std::array<float, 256> table{};
-  for (size_t i = 0; i < table.size(); ++i)
-    table[i] = static_cast<float>(LightFromStored(static_cast<double>(i) / 255));
-  return table;
-}
-
 constexpr int kWorkingSide = 2000;     // [px]
 constexpr double kBorderShare = 0.04;  // of the shorter side
 constexpr double kSaturated = 250;     // grey level without detail
@@ -36,7 +29,12 @@ double StoredFromLight(double light) {
 }
 
 const std::array<float, 256>& LightOfStored() {
-  static const std::array<float, 256> table = MakeTable();
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> light{};
+    for (size_t i = 0; i < light.size(); ++i)
+      light[i] = static_cast<float>(LightFromStored(static_cast<double>(i) / 255));
+    return light;
+  }();
   return table;
 }
 

@@ -14,14 +14,6 @@ namespace {
 
 constexpr int kProfileAngles = 360;
 
-// The item of rollout i; a single item serves all rollouts.
-template <class T>
-const T& Of(const std::vector<T>& each, std::size_t i) {
-  if (each.size() == 1) return each[0];
-  CHECK_LT(i, each.size());
-  return each[i];
-}
-
 ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::VectorXd& x,
                                  const Camera& camera) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -29,7 +21,7 @@ ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::
     for (int k = 0; k < ramp.num_vertices; ++k) {
       const int dof = 3 * ramp.vertex[k];
       double by_x[3];
-      camera.AdjProject(&x[dof], {ramp.d_image[k].x(), ramp.d_image[k].y()}, by_x);
+      camera.AdjProject(&x[dof], ramp.d_image[k], by_x);
       for (int d = 0; d < 3; ++d) entries.emplace_back(ramp.pixel, dof + d, by_x[d]);
     }
   ReadoutJacobian jacobian(silhouette.coverage.size(), x.size());
@@ -39,16 +31,15 @@ ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::
 
 }  // namespace
 
-OutlineReadout::OutlineReadout(const Mesh& mesh, std::vector<Camera> cameras, int num_angles)
-    : mesh_(mesh), cameras_(std::move(cameras)), num_angles_(num_angles) {
-  CHECK(!cameras_.empty());
+OutlineReadout::OutlineReadout(const Mesh& mesh, const Camera& camera, int num_angles)
+    : mesh_(mesh), camera_(camera), num_angles_(num_angles) {
   CHECK_GT(num_angles, 0);
 }
 
-bool OutlineReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool OutlineReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                           ReadoutJacobian* dr_dx) const {
   Outline outline;
-  if (!OutlineFromMesh(mesh_, x, Of(cameras_, i), num_angles_, &outline)) return false;
+  if (!OutlineFromMesh(mesh_, x, camera_, num_angles_, &outline)) return false;
   if (dr_dx != nullptr) *dr_dx = OutlineJacobian(outline, mesh_.num_vertices());
   *r = std::move(outline.radius);
   return true;
@@ -65,7 +56,7 @@ bool PositionReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorX
 }
 
 FeatureReadout::FeatureReadout(const Mesh& mesh, const DrapeDiscs& discs)
-    : discs_(discs), above_(CameraAbove(discs)), outline_(mesh, {above_}, kProfileAngles) {}
+    : discs_(discs), above_(CameraAbove(discs)), outline_(mesh, above_, kProfileAngles) {}
 
 bool FeatureReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                           ReadoutJacobian* dr_dx) const {
@@ -80,23 +71,17 @@ bool FeatureReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::Vector
   return true;
 }
 
-SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, std::vector<Camera> cameras,
+SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, const Camera& camera,
                                      const SoftSilhouetteOptions& options)
-    : mesh_(mesh), cameras_(std::move(cameras)), options_(options) {
-  CHECK(!cameras_.empty());
+    : mesh_(mesh), camera_(camera), options_(options) {
   CHECK_GT(options.half_width, 0);
-  for (const Camera& camera : cameras_) {
-    CHECK_EQ(camera.width, cameras_[0].width);
-    CHECK_EQ(camera.height, cameras_[0].height);
-  }
 }
 
-bool SilhouetteReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool SilhouetteReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                              ReadoutJacobian* dr_dx) const {
-  const Camera& camera = Of(cameras_, i);
   SoftSilhouette silhouette;
-  if (!RenderSoft(mesh_, x, camera, options_, &silhouette)) return false;
-  if (dr_dx != nullptr) *dr_dx = CoverageJacobian(silhouette, x, camera);
+  if (!RenderSoft(mesh_, x, camera_, options_, &silhouette)) return false;
+  if (dr_dx != nullptr) *dr_dx = CoverageJacobian(silhouette, x, camera_);
   *r = std::move(silhouette.coverage);
   return true;
 }
@@ -108,13 +93,12 @@ std::unique_ptr<Readout> MakeReadout(const ReadoutChoice& choice, const Mesh& me
     throw InputError("num_angles", Format("found %d, expected at least 1", choice.num_angles));
   if (!(choice.half_width > 0.0))
     throw InputError("half_width", Format("found %g px, expected more than 0", choice.half_width));
-  const std::vector<Camera> cameras = {choice.camera};
   if (choice.of == "positions") return std::make_unique<PositionReadout>(mesh);
   if (choice.of == "outline")
-    return std::make_unique<OutlineReadout>(mesh, cameras, choice.num_angles);
+    return std::make_unique<OutlineReadout>(mesh, choice.camera, choice.num_angles);
   if (choice.of == "features") return std::make_unique<FeatureReadout>(mesh, discs);
   if (choice.of == "silhouette")
-    return std::make_unique<SilhouetteReadout>(mesh, cameras,
+    return std::make_unique<SilhouetteReadout>(mesh, choice.camera,
                                                SoftSilhouetteOptions{choice.half_width});
   throw InputError(
       "readout", "found '" + choice.of + "', expected positions, outline, features or silhouette");

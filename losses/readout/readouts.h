@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "losses/camera/camera.h"
 #include "losses/outline/outline.h"
@@ -34,15 +33,15 @@ class Readout {
 // returns false where an angle is missing.
 class OutlineReadout final : public Readout {
  public:
-  // cameras: one for each rollout, or one for all. `mesh` must outlive the object.
-  OutlineReadout(const Mesh& mesh, std::vector<Camera> cameras, int num_angles);
+  // `mesh` must outlive the object.
+  OutlineReadout(const Mesh& mesh, const Camera& camera, int num_angles);
   int size() const override { return num_angles_; }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
             ReadoutJacobian* dr_dx) const override;
 
  private:
   const Mesh& mesh_;
-  std::vector<Camera> cameras_;
+  Camera camera_;
   int num_angles_;
 };
 
@@ -78,17 +77,15 @@ class FeatureReadout final : public Readout {
 // The coverage of each pixel in [0, 1] (RenderSoft), row-major, K = height·width [MODEL, M48].
 class SilhouetteReadout final : public Readout {
  public:
-  // cameras: one for each rollout, or one for all; their images have one size. `mesh` must outlive
-  // the object.
-  SilhouetteReadout(const Mesh& mesh, std::vector<Camera> cameras,
-                    const SoftSilhouetteOptions& options);
-  int size() const override { return cameras_[0].width * cameras_[0].height; }
+  // `mesh` must outlive the object.
+  SilhouetteReadout(const Mesh& mesh, const Camera& camera, const SoftSilhouetteOptions& options);
+  int size() const override { return camera_.width * camera_.height; }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
             ReadoutJacobian* dr_dx) const override;
 
  private:
   const Mesh& mesh_;
-  std::vector<Camera> cameras_;
+  Camera camera_;
   SoftSilhouetteOptions options_;
 };
 

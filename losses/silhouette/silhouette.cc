@@ -10,17 +10,51 @@
 namespace drape {
 namespace {
 
+using Eigen::Matrix2Xd;
+using Eigen::Vector2d;
+
 // The elementary operations of the soft silhouette [MODEL, M48] on edges, crossings, pieces of the
 // border and pixels. `points`: the projected vertices [px], shape [2, V].
 
 constexpr double kBorderProbe = 1e-6;  // [px] from an edge: where its sides are probed
 constexpr double kOnBorder = 1e-9;     // [px] distance below which the offset has no direction
 
+// The side of the edge i→j of the projected mesh on which the point lies: twice the signed area of
+// the triangle (i, j, point) [px²]. It is exactly antisymmetric in (i, j), so that two triangles
+// that share an edge leave no gap between them.
+double EdgeSide(const Matrix2Xd& points, int i, int j, const Vector2d& p) {
+  const double sign = i < j ? 1 : -1;
+  const Vector2d a = points.col(std::min(i, j)), b = points.col(std::max(i, j));
+  return sign * Determinant(b - a, p - a);
+}
+
+// Returns whether the closed projected triangle of three vertices contains the point, whichever
+// face is seen. A triangle of zero area contains nothing.
+bool Covers(const Matrix2Xd& points, const int* triangle, const Vector2d& p) {
+  const int a = triangle[0], b = triangle[1], c = triangle[2];
+  const double ab = EdgeSide(points, a, b, p);
+  const double bc = EdgeSide(points, b, c, p);
+  const double ca = EdgeSide(points, c, a, p);
+  const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+  return inside && EdgeSide(points, a, b, points.col(c)) != 0;
+}
+
+// The pixels first … last of [0, size) that lie in [min, max]; the range is empty when first >
+// last.
+struct PixelRange {
+  int first, last;
+};
+PixelRange PixelsIn(double min, double max, int size) {
+  const double end = size;
+  return {static_cast<int>(std::ceil(std::fmin(std::fmax(min, 0.0), end))),
+          static_cast<int>(std::floor(std::fmin(std::fmax(max, -1.0), end - 1.0)))};
+}
+
 // Returns whether the two faces of a hinge overlap in the image.
-bool FoldsOver(const double* points, const Hinge& hinge) {
+bool FoldsOver(const Matrix2Xd& points, const Hinge& hinge) {
   const int* v = hinge.vertex;
-  return EdgeSide(points, v[0], v[1], PointAt(points, v[2])) *
-             EdgeSide(points, v[0], v[1], PointAt(points, v[3])) >=
+  return EdgeSide(points, v[0], v[1], points.col(v[2])) *
+             EdgeSide(points, v[0], v[1], points.col(v[3])) >=
          0;
 }
 
@@ -30,28 +64,28 @@ bool ShareVertex(const int l[2], const int r[2]) {
 
 // Computes the positions t of the crossing on the edges l and r. Returns false when they do not
 // cross inside both.
-bool Intersect(const double* points, const int l[2], const int r[2], double t[2]) {
-  const Vec2 l0 = PointAt(points, l[0]), r0 = PointAt(points, r[0]);
-  const Vec2 e = PointAt(points, l[1]) - l0, f = PointAt(points, r[1]) - r0;
-  const Vec2 offset = r0 - l0;
-  const double det = Cross(e, f);
+bool Intersect(const Matrix2Xd& points, const int l[2], const int r[2], double t[2]) {
+  const Vector2d l0 = points.col(l[0]), r0 = points.col(r[0]);
+  const Vector2d e = points.col(l[1]) - l0, f = points.col(r[1]) - r0;
+  const Vector2d offset = r0 - l0;
+  const double det = Determinant(e, f);
   if (det == 0) return false;
-  t[0] = Cross(offset, f) / det;
-  t[1] = Cross(offset, e) / det;
+  t[0] = Determinant(offset, f) / det;
+  t[1] = Determinant(offset, e) / det;
   return t[0] > 0 && t[0] < 1 && t[1] > 0 && t[1] < 1;
 }
 
 // Returns whether a part of an edge is a piece of the border, that is, whether exactly one of its
 // sides is covered, and sets its inward normal. is_covered(point) → bool.
 template <class IsCovered>
-bool FindInward(const double* points, const IsCovered& is_covered, SilhouettePiece* part) {
-  const Vec2 a = PointAt(points, part->vertex[0]), e = PointAt(points, part->vertex[1]) - a;
-  const double length = std::sqrt(Dot(e, e));
-  const Vec2 normal{-e.y / length, e.x / length};
-  const Vec2 middle = a + (0.5 * (part->t[0] + part->t[1])) * e;
+bool FindInward(const Matrix2Xd& points, const IsCovered& is_covered, SilhouettePiece* part) {
+  const Vector2d a = points.col(part->vertex[0]), e = points.col(part->vertex[1]) - a;
+  const double length = e.norm();
+  const Vector2d normal{-e.y() / length, e.x() / length};
+  const Vector2d middle = a + (0.5 * (part->t[0] + part->t[1])) * e;
   const bool plus = is_covered(middle + kBorderProbe * normal);
   const bool minus = is_covered(middle - kBorderProbe * normal);
-  part->inward = plus ? normal : Vec2{-normal.x, -normal.y};
+  part->inward = plus ? normal : Vector2d(-normal);
   return plus != minus;
 }
 
@@ -61,24 +95,24 @@ struct PieceContact {
   double t;         // position on the edge of the piece
   int end;          // 0 or 1: this end of the piece; −1: between the ends
 };
-PieceContact NearestOnPiece(const double* points, const SilhouettePiece& piece, const Vec2& pixel) {
-  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
-  double t = Dot(pixel - a, e) / Dot(e, e);
+PieceContact NearestOnPiece(const Matrix2Xd& points, const SilhouettePiece& piece,
+                            const Vector2d& pixel) {
+  const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
+  double t = (pixel - a).dot(e) / e.dot(e);
   const int end = t <= piece.t[0] ? 0 : t >= piece.t[1] ? 1 : -1;
   if (end >= 0) t = piece.t[end];
-  const Vec2 offset = pixel - a - t * e;
-  return {std::sqrt(Dot(offset, offset)), t, end};
+  const Vector2d offset = pixel - a - t * e;
+  return {offset.norm(), t, end};
 }
 
 // The columns and rows within `reach` [px] of a piece, not yet clipped to the image.
 struct PieceBox {
-  Vec2 min, max;
+  Vector2d min, max;
 };
-PieceBox BoundingBox(const double* points, const SilhouettePiece& piece, double reach) {
-  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
-  const Vec2 p = a + piece.t[0] * e, q = a + piece.t[1] * e;
-  return {{std::fmin(p.x, q.x) - reach, std::fmin(p.y, q.y) - reach},
-          {std::fmax(p.x, q.x) + reach, std::fmax(p.y, q.y) + reach}};
+PieceBox BoundingBox(const Matrix2Xd& points, const SilhouettePiece& piece, double reach) {
+  const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
+  const Vector2d p = a + piece.t[0] * e, q = a + piece.t[1] * e;
+  return {p.cwiseMin(q).array() - reach, p.cwiseMax(q).array() + reach};
 }
 
 // The coverage at a distance from the border [px], and its derivative by the signed distance [1/px]
@@ -92,61 +126,79 @@ SoftRamp RampAt(double distance, bool inside, double half_width) {
 }
 
 // ∂coverage/∂(point of contact) [1/px], by the envelope theorem with its position on the edge held.
-Vec2 CoverageByPoint(const double* points, const SilhouettePiece& piece,
-                     const PieceContact& contact, const Vec2& pixel, bool inside, double slope) {
+Vector2d CoverageByPoint(const Matrix2Xd& points, const SilhouettePiece& piece,
+                         const PieceContact& contact, const Vector2d& pixel, bool inside,
+                         double slope) {
   if (contact.distance < kOnBorder) return -slope * piece.inward;
-  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
-  const Vec2 offset = pixel - a - contact.t * e;
-  const Vec2 inward = ((inside ? 1.0 : -1.0) / contact.distance) * offset;
+  const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
+  const Vector2d offset = pixel - a - contact.t * e;
+  const Vector2d inward = ((inside ? 1.0 : -1.0) / contact.distance) * offset;
   return -slope * inward;
 }
 
 // A crossing X lies on both edges: n·δX = (1 − t) n·δa + t n·δb for the normal n of each. The
 // adjoint of X is written in the basis of the two normals, and each component goes to the ends of
 // its own edge.
-void AdjCrossing(const double* points, const EdgeCrossing& crossing, const Vec2& adj_point,
-                 Vec2 adj_vertex[4]) {
-  Vec2 normal[2];
+void AdjCrossing(const Matrix2Xd& points, const EdgeCrossing& crossing, const Vector2d& adj_point,
+                 Vector2d adj_vertex[4]) {
+  Vector2d normal[2];
   for (int k = 0; k < 2; ++k) {
-    const Vec2 e =
-        PointAt(points, crossing.vertex[2 * k + 1]) - PointAt(points, crossing.vertex[2 * k]);
-    normal[k] = {-e.y, e.x};
+    const Vector2d e = points.col(crossing.vertex[2 * k + 1]) - points.col(crossing.vertex[2 * k]);
+    normal[k] = {-e.y(), e.x()};
   }
-  const double det = Cross(normal[0], normal[1]);
-  const double share[2] = {Cross(adj_point, normal[1]) / det, Cross(normal[0], adj_point) / det};
+  const double det = Determinant(normal[0], normal[1]);
+  const double share[2] = {Determinant(adj_point, normal[1]) / det,
+                           Determinant(normal[0], adj_point) / det};
   for (int k = 0; k < 4; ++k) {
     const double t = crossing.t[k / 2];
     adj_vertex[k] = (share[k / 2] * (k % 2 == 0 ? 1 - t : t)) * normal[k / 2];
   }
 }
 
-void CoverTriangle(const Eigen::Matrix2Xd& points, const int* triangle, int width, int height,
+void CoverTriangle(const Matrix2Xd& points, const int* triangle, int width, int height,
                    uint8_t* covered) {
   const auto a = points.col(triangle[0]), b = points.col(triangle[1]), c = points.col(triangle[2]);
-  const Eigen::Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
+  const Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
   const PixelRange columns = PixelsIn(min.x(), max.x(), width);
   const PixelRange rows = PixelsIn(min.y(), max.y(), height);
   for (int row = rows.first; row <= rows.last; ++row) {
     for (int col = columns.first; col <= columns.last; ++col) {
       uint8_t& pixel = covered[size_t(row) * width + col];
-      if (!pixel && Covers(points.data(), triangle, {double(col), double(row)})) pixel = 1;
+      if (!pixel && Covers(points, triangle, {double(col), double(row)})) pixel = 1;
     }
   }
 }
 
+const int* Vertices(const Face& face) { return face.vertex; }
+const int* Vertices(const std::array<int, 3>& triangle) { return triangle.data(); }
+
 // Returns 1 for each pixel whose centre is covered by a triangle, row-major, shape [height, width].
 // image_points: finite, [px], shape [2, V].
-std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& image_points,
-                                   int width, int height) {
+std::vector<uint8_t> CoveredPixels(const auto& triangles, const Matrix2Xd& image_points, int width,
+                                   int height) {
   std::vector<uint8_t> covered(size_t(width) * height, 0);
-  for (const Face& face : mesh.faces) {
-    CoverTriangle(image_points, face.vertex, width, height, covered.data());
-  }
+  for (const auto& triangle : triangles)
+    CoverTriangle(image_points, Vertices(triangle), width, height, covered.data());
   return covered;
 }
 
-using Eigen::Matrix2Xd;
-using Eigen::Vector2d;
+// The fraction of the supersample² samples of each pixel that triangles cover.
+GrayImage RasterizeTriangles(const auto& triangles, const Eigen::VectorXd& x, const Camera& camera,
+                             int supersample) {
+  CHECK_GE(supersample, 1);
+  const int n = supersample, fine_width = n * camera.width;
+  Matrix2Xd points;
+  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
+  points = ((points.array() + 0.5) * n - 0.5).matrix();
+  const std::vector<uint8_t> covered =
+      CoveredPixels(triangles, points, fine_width, n * camera.height);
+  GrayImage image(camera.width, camera.height);
+  for (size_t i = 0; i < covered.size(); ++i) {
+    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
+  }
+  for (float& c : image.coverage) c /= static_cast<float>(n * n);
+  return image;
+}
 
 // Sorts the triangles into square cells of the image, to find those that cover a point.
 class TriangleGrid {
@@ -160,11 +212,11 @@ class TriangleGrid {
     for (int f = 0; f < mesh.num_faces(); ++f) Insert(f);
   }
 
-  bool IsCovered(const Vec2& p) const {
-    const Vector2d cell = (Vector2d(p.x, p.y) - origin_).cwiseProduct(per_pixel_);
+  bool IsCovered(const Vector2d& p) const {
+    const Vector2d cell = (p - origin_).cwiseProduct(per_pixel_);
     if (!(cell.minCoeff() >= 0 && cell.maxCoeff() <= side_)) return false;
     for (int f : cells_[Index(Clamp(cell.x()), Clamp(cell.y()))]) {
-      if (Covers(points_.data(), mesh_.faces[f].vertex, p)) return true;
+      if (Covers(points_, mesh_.faces[f].vertex, p)) return true;
     }
     return false;
   }
@@ -209,7 +261,7 @@ std::vector<Candidate> FindCandidates(const Mesh& mesh, const Matrix2Xd& points)
     for (size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()]);
   }
   for (const Hinge& hinge : mesh.hinges) {
-    if (FoldsOver(points.data(), hinge)) add(hinge.vertex[0], hinge.vertex[1]);
+    if (FoldsOver(points, hinge)) add(hinge.vertex[0], hinge.vertex[1]);
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& l, const Candidate& r) { return l.min_column < r.min_column; });
@@ -223,8 +275,7 @@ std::vector<EdgeCrossing> CutCandidates(const Matrix2Xd& points, std::vector<Can
     for (size_t j = i + 1; j < all->size() && (*all)[j].min_column <= l.max_column; ++j) {
       Candidate& r = (*all)[j];
       double t[2];
-      if (ShareVertex(l.vertex, r.vertex) || !Intersect(points.data(), l.vertex, r.vertex, t))
-        continue;
+      if (ShareVertex(l.vertex, r.vertex) || !Intersect(points, l.vertex, r.vertex, t)) continue;
       const int index = static_cast<int>(crossings.size());
       crossings.push_back({{l.vertex[0], l.vertex[1], r.vertex[0], r.vertex[1]}, {t[0], t[1]}});
       l.cuts.emplace_back(t[0], index);
@@ -246,32 +297,31 @@ void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidat
                          {cuts[i].first, cuts[i + 1].first},
                          {cuts[i].second, cuts[i + 1].second},
                          {}};
-    const auto is_covered = [&](const Vec2& p) { return grid.IsCovered(p); };
-    if (FindInward(points.data(), is_covered, &part)) pieces->push_back(part);
+    const auto is_covered = [&](const Vector2d& p) { return grid.IsCovered(p); };
+    if (FindInward(points, is_covered, &part)) pieces->push_back(part);
   }
 }
 
-using Eigen::Matrix2Xd;
-
 // The border point nearest to a pixel.
-struct Contact {
+struct BorderContact {
   PieceContact at;
   int piece = -1;
 };
 
 // The nearest contact of each pixel within `reach` [px] of the border.
-std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
-                                  const Camera& camera, double reach) {
-  std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{{reach, 0, -1}, -1});
+std::vector<BorderContact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
+                                        const Camera& camera, double reach) {
+  std::vector<BorderContact> contacts(size_t(camera.width) * camera.height,
+                                      BorderContact{{reach, 0, -1}, -1});
   for (size_t i = 0; i < edges.pieces.size(); ++i) {
     const SilhouettePiece& piece = edges.pieces[i];
-    const PieceBox box = BoundingBox(points.data(), piece, reach);
-    const PixelRange rows = PixelsIn(box.min.y, box.max.y, camera.height);
-    const PixelRange columns = PixelsIn(box.min.x, box.max.x, camera.width);
+    const PieceBox box = BoundingBox(points, piece, reach);
+    const PixelRange rows = PixelsIn(box.min.y(), box.max.y(), camera.height);
+    const PixelRange columns = PixelsIn(box.min.x(), box.max.x(), camera.width);
     for (int row = rows.first; row <= rows.last; ++row) {
       for (int col = columns.first; col <= columns.last; ++col) {
-        const PieceContact at = NearestOnPiece(points.data(), piece, {double(col), double(row)});
-        Contact& best = contacts[size_t(row) * camera.width + col];
+        const PieceContact at = NearestOnPiece(points, piece, {double(col), double(row)});
+        BorderContact& best = contacts[size_t(row) * camera.width + col];
         if (at.distance < best.at.distance) best = {at, static_cast<int>(i)};
       }
     }
@@ -280,65 +330,31 @@ std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges
 }
 
 // Fills in the derivatives of the coverage by the vertices on which the contact depends.
-void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Contact& contact,
-              bool inside, double slope, const Vec2& pixel, RampPixel* ramp) {
+void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const BorderContact& contact,
+              bool inside, double slope, const Vector2d& pixel, RampPixel* ramp) {
   const SilhouettePiece& piece = edges.pieces[contact.piece];
-  const Vec2 d_point = CoverageByPoint(points.data(), piece, contact.at, pixel, inside, slope);
+  const Vector2d d_point = CoverageByPoint(points, piece, contact.at, pixel, inside, slope);
   const int crossing = contact.at.end < 0 ? -1 : piece.crossing[contact.at.end];
-  Vec2 d_image[4];
-  if (crossing >= 0) {
-    AdjCrossing(points.data(), edges.crossings[crossing], d_point, d_image);
-  } else {
-    d_image[0] = (1 - contact.at.t) * d_point;
-    d_image[1] = contact.at.t * d_point;
-  }
   ramp->num_vertices = crossing >= 0 ? 4 : 2;
   const int* vertex = crossing >= 0 ? edges.crossings[crossing].vertex : piece.vertex;
-  for (int k = 0; k < ramp->num_vertices; ++k) {
-    ramp->vertex[k] = vertex[k];
-    ramp->d_image[k] = {d_image[k].x, d_image[k].y};
+  std::copy_n(vertex, ramp->num_vertices, ramp->vertex);
+  if (crossing >= 0) {
+    AdjCrossing(points, edges.crossings[crossing], d_point, ramp->d_image);
+  } else {
+    ramp->d_image[0] = (1 - contact.at.t) * d_point;
+    ramp->d_image[1] = contact.at.t * d_point;
   }
-}
-
-}  // namespace
-
-namespace {
-
-// covered_pixels(points, width, height) returns which samples of the finer image are covered.
-GrayImage RasterizeSamples(const Eigen::VectorXd& x, const Camera& camera, int supersample,
-                           const auto& covered_pixels) {
-  CHECK_GE(supersample, 1);
-  const int n = supersample, fine_width = n * camera.width;
-  Eigen::Matrix2Xd points;
-  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
-  points = ((points.array() + 0.5) * n - 0.5).matrix();
-  const std::vector<uint8_t> covered = covered_pixels(points, fine_width, n * camera.height);
-  GrayImage image(camera.width, camera.height);
-  for (size_t i = 0; i < covered.size(); ++i) {
-    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
-  }
-  for (float& c : image.coverage) c /= static_cast<float>(n * n);
-  return image;
 }
 
 }  // namespace
 
 GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                     int supersample) {
-  return RasterizeSamples(x, camera, supersample,
-                          [&](const Eigen::Matrix2Xd& points, int width, int height) {
-                            return CoveredPixels(mesh, points, width, height);
-                          });
+  return RasterizeTriangles(mesh.faces, x, camera, supersample);
 }
 
 GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample) {
-  const auto cover = [&](const Eigen::Matrix2Xd& points, int width, int height) {
-    std::vector<uint8_t> covered(size_t(width) * height, 0);
-    for (const auto& triangle : surface.triangles)
-      CoverTriangle(points, triangle.data(), width, height, covered.data());
-    return covered;
-  };
-  return RasterizeSamples(surface.x, camera, supersample, cover);
+  return RasterizeTriangles(surface.triangles, surface.x, camera, supersample);
 }
 
 SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Matrix2Xd& image_points) {
@@ -359,20 +375,20 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
   if (!ProjectVertices(x, camera, &points)) return false;
   const SilhouetteEdges edges = FindSilhouetteEdges(mesh, points);
   const auto contacts = FindContacts(points, edges, camera, options.half_width);
-  const auto covered = CoveredPixels(mesh, points, camera.width, camera.height);
+  const auto covered = CoveredPixels(mesh.faces, points, camera.width, camera.height);
   silhouette->width = camera.width;
   silhouette->height = camera.height;
   silhouette->coverage.resize(covered.size());
   silhouette->ramp.clear();
   for (size_t i = 0; i < covered.size(); ++i) {
-    const Contact& contact = contacts[i];
+    const BorderContact& contact = contacts[i];
     silhouette->coverage[i] = covered[i];
     if (contact.piece < 0) continue;
     const SoftRamp at = RampAt(contact.at.distance, covered[i] != 0, options.half_width);
     silhouette->coverage[i] = at.coverage;
     RampPixel& ramp = silhouette->ramp.emplace_back();
     ramp.pixel = static_cast<int>(i);
-    const Vec2 pixel{double(i % camera.width), double(i / camera.width)};
+    const Vector2d pixel{double(i % camera.width), double(i / camera.width)};
     FillRamp(points, edges, contact, covered[i] != 0, at.slope, pixel, &ramp);
   }
   return true;

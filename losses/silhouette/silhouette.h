@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -20,8 +19,6 @@ GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& ca
                     int supersample = 1);
 GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample = 1);
 
-// Below, `points` are projected vertices [px], shape [2, V].
-
 // The point where the projections of the mesh edges a→b and c→d cross.
 struct EdgeCrossing {
   int vertex[4];  // a, b, c, d
@@ -30,42 +27,11 @@ struct EdgeCrossing {
 
 // A part of a projected mesh edge that borders the union of all projected triangles.
 struct SilhouettePiece {
-  int vertex[2];    // the edge a→b
-  double t[2];      // the piece runs from a + t[0](b−a) to a + t[1](b−a)
-  int crossing[2];  // index of the crossing at each end, or −1 for an end at a vertex
-  Vec2 inward;      // unit normal towards the cloth
+  int vertex[2];           // the edge a→b
+  double t[2];             // the piece runs from a + t[0](b−a) to a + t[1](b−a)
+  int crossing[2];         // index of the crossing at each end, or −1 for an end at a vertex
+  Eigen::Vector2d inward;  // unit normal towards the cloth
 };
-
-// The side of the edge i→j of the projected mesh on which the point lies: twice the signed area of
-// the triangle (i, j, point) [px²]. It is exactly antisymmetric in (i, j), so that two triangles
-// that share an edge leave no gap between them.
-inline double EdgeSide(const double* points, int i, int j, const Vec2& p) {
-  const double sign = i < j ? 1 : -1;
-  const Vec2 a = PointAt(points, i < j ? i : j), b = PointAt(points, i < j ? j : i);
-  return sign * Cross(b - a, p - a);
-}
-
-// Returns whether the closed projected triangle of three vertices contains the point, whichever
-// face is seen. A triangle of zero area contains nothing.
-inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
-  const int a = triangle[0], b = triangle[1], c = triangle[2];
-  const double ab = EdgeSide(points, a, b, p);
-  const double bc = EdgeSide(points, b, c, p);
-  const double ca = EdgeSide(points, c, a, p);
-  const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
-  return inside && EdgeSide(points, a, b, PointAt(points, c)) != 0;
-}
-
-// The pixels first … last of [0, size) that lie in [min, max]; the range is empty when first >
-// last.
-struct PixelRange {
-  int first, last;
-};
-inline PixelRange PixelsIn(double min, double max, int size) {
-  const double end = size;
-  return {static_cast<int>(std::ceil(std::fmin(std::fmax(min, 0.0), end))),
-          static_cast<int>(std::floor(std::fmin(std::fmax(max, -1.0), end - 1.0)))};
-}
 
 struct SilhouetteEdges {
   std::vector<SilhouettePiece> pieces;

@@ -199,7 +199,7 @@ SettingSolver::SettingSolver(const BenchSetting& setting, const BenchProblem& pr
   const MaterialField homo = ReadMaterial(setting.material, ReadingPolicy(law)).field;
   material_ = MakeField(setting.model, homo, model->mesh);
   backend_ = MakeBackend(setting.backend, model, setting.threads);
-  readout_ = std::make_unique<OutlineReadout>(mesh(), std::vector<Camera>{Camera()}, kBenchAngles);
+  readout_ = std::make_unique<OutlineReadout>(mesh(), Camera(), kBenchAngles);
   if (setting.integrator != "static") return;
   const auto coarse = MakeBenchModel(problem.coarse_mesh, law);
   coarse_material_ = MakeField(setting.model, homo, coarse->mesh);

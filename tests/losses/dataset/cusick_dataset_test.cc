@@ -23,7 +23,7 @@ class CusickDataset : public testing::Test {
 TEST_F(CusickDataset, HoldsFiveFabricsOfTwelveSamplesInFourCaptures) {
   const Dataset dataset = ReadDataset(root_);
   EXPECT_EQ(Select(dataset, {.fabrics = kFabrics}).size(), 5u * 12 * 4);
-  EXPECT_EQ(dataset.training_images.size(), 60u);
+  EXPECT_EQ(dataset.training_images, 60u);
   for (const auto& notes : {dataset.skipped, dataset.notes}) {
     for (const FileNote& note : notes)
       EXPECT_THAT(note.path, testing::Not(testing::ContainsRegex("Fabric [1-5]/"))) << note.text;

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// jpeglib.h needs size_t and FILE.
-// clang-format off
-#include <cstdio>
-#include <jpeglib.h>
-// clang-format on
 #include <png.h>
+#include <turbojpeg.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <vector>
 
 namespace drape {
@@ -34,33 +29,21 @@ inline std::vector<uint8_t> EncodePng(const void* pixels, int width, int height,
   return bytes;
 }
 
-// pixels are row-major with interleaved channels: 1 grey, 3 RGB, 4 CMYK. quality is that of
-// libjpeg, 1 … 100.
+// pixels are row-major with interleaved channels: 1 grey, 3 RGB, 4 CMYK. quality: 1 … 100.
 inline std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int width, int height,
                                        int channels, int quality = 95, bool progressive = false) {
-  jpeg_compress_struct info;
-  jpeg_error_mgr errors;
-  info.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&info);
+  const tjhandle encoder = tjInitCompress();
   unsigned char* buffer = nullptr;
   unsigned long size = 0;
-  jpeg_mem_dest(&info, &buffer, &size);
-  info.image_width = width;
-  info.image_height = height;
-  info.input_components = channels;
-  info.in_color_space = channels == 1 ? JCS_GRAYSCALE : channels == 3 ? JCS_RGB : JCS_CMYK;
-  jpeg_set_defaults(&info);
-  jpeg_set_quality(&info, quality, TRUE);
-  if (progressive) jpeg_simple_progression(&info);
-  jpeg_start_compress(&info, TRUE);
-  while (info.next_scanline < info.image_height) {
-    JSAMPROW row = const_cast<uint8_t*>(&pixels[size_t(info.next_scanline) * width * channels]);
-    jpeg_write_scanlines(&info, &row, 1);
-  }
-  jpeg_finish_compress(&info);
-  std::vector<uint8_t> bytes(buffer, buffer + size);
-  jpeg_destroy_compress(&info);
-  std::free(buffer);
+  tjCompress2(encoder, pixels.data(), width, 0, height,
+              channels == 1   ? TJPF_GRAY
+              : channels == 3 ? TJPF_RGB
+                              : TJPF_CMYK,
+              &buffer, &size, channels == 1 ? TJSAMP_GRAY : TJSAMP_420, quality,
+              TJFLAG_ACCURATEDCT | (progressive ? TJFLAG_PROGRESSIVE : 0));
+  const std::vector<uint8_t> bytes(buffer, buffer + size);
+  tjFree(buffer);
+  tjDestroy(encoder);
   return bytes;
 }
 

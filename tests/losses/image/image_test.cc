@@ -126,6 +126,17 @@ TEST_F(ImageFile, RejectsTruncatedImages) {
   }
 }
 
+// Some telephones write bytes between the last pixel and the end marker; elsewhere they are damage.
+TEST_F(ImageFile, AcceptsStrayBytesBeforeTheEndAlone) {
+  const std::vector<uint8_t> jpeg = EncodeJpeg(Box(64, 64), 64, 64, 1);
+  std::vector<uint8_t> stray = jpeg;
+  stray.insert(stray.end() - 2, {0, 1, 2, 3});
+  ExpectSame(Put("stray.jpg", stray), ReadImage(Put("plain.jpg", jpeg)), 0);
+  stray = jpeg;
+  stray.insert(stray.begin() + 2, {0, 1, 2, 3});
+  ExpectBad(Put("early.jpg", stray), "truncated or damaged JPEG: Corrupt JPEG data");
+}
+
 TEST_F(ImageFile, RejectsTooManyPixels) {
   std::vector<uint8_t> jpeg = EncodeJpeg(Box(64, 64), 64, 64, 1);
   for (size_t i = 0; i + 9 < jpeg.size(); ++i) {  // the size in the start-of-frame marker

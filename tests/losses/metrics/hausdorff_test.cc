@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/metrics/hausdorff.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 #include "tests/losses/disc.h"

@@ -88,8 +88,9 @@ This package has the programs, fabrics and configurations."
     DESCRIPTION "${library_text}
 This package has the headers, the static libraries and the CMake package:
 find_package(drapefit), then link drape::solver."
-    DEPENDS g++ libceres-dev libcgal-dev libeigen3-dev libgflags-dev libgoogle-glog-dev libjpeg-dev
-            libmetis-dev libpng-dev libsuitesparse-dev nlohmann-json3-dev zlib1g-dev
+    DEPENDS g++ libceres-dev libcgal-dev libeigen3-dev libexif-dev libgflags-dev libgoogle-glog-dev
+            libmetis-dev libpng-dev libsuitesparse-dev libturbojpeg0-dev nettle-dev nlohmann-json3-dev
+            zlib1g-dev
     SUGGESTS cmake
     COMPONENTS devel)
   # The Python module, where its component is installed; it is of one version of Python.
