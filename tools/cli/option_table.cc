@@ -82,7 +82,7 @@ bool ParseSwitch(const Given& given, const std::string& text) {
   return false;
 }
 
-std::vector<std::string> Split(const std::string& text) {
+std::vector<std::string> SplitAtCommas(const std::string& text) {
   std::vector<std::string> parts;
   for (size_t begin = 0; !text.empty();) {
     const size_t comma = text.find(',', begin);
@@ -216,7 +216,7 @@ void OptionTable::Set(const std::string& key, const std::string& text,
   const Given given{*option, where + ": option '" + key + "'", "'" + text + "'", ""};
   const auto parts = !IsList(option->value) ? std::vector<std::string>{text}
                      : option->is_path      ? SplitPaths(text)
-                                            : Split(text);
+                                            : SplitAtCommas(text);
   std::visit(AssignParts{given, parts}, option->value);
   if (this->given != nullptr) this->given->insert(key);
 }
