@@ -107,12 +107,12 @@ TEST_F(FitTool, FitDrapesHasItsBits) {
     EXPECT_EQ(fit.material.bend[0].entries()[i], written.bend[0].entries()[i]);
   EXPECT_EQ(fit.drapes.at(0), ReadState(Path("fit/start_drape.json"), 150).x);
   const Json summary = ReadJson(Path("fit/summary.json"));
-  EXPECT_EQ(ToString(fit.verdict.grade), summary.at("verdict").at("grade"));
-  EXPECT_EQ(fit.notes, summary.at("notes"));
+  EXPECT_EQ(ToString(fit.verdict.grade), summary.at("verdict").at("grade").get<std::string>());
+  EXPECT_EQ(fit.notes, summary.at("notes").get<std::vector<std::string>>());
   const Json& rows = summary.at("laboratory").at("material").at("rows");
   ASSERT_EQ(fit.sheet.rows.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i)
-    EXPECT_EQ(fit.sheet.rows[i].source, rows[i].at("source"));
+    EXPECT_EQ(fit.sheet.rows[i].source, rows[i].at("source").get<std::string>());
   EXPECT_EQ(SamplePosterior(fit, 1, 1).pareto_k, summary.at("posterior").at("pareto_k"));
 }
 
