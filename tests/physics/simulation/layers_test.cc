@@ -26,6 +26,7 @@ namespace {
 
 using test::kDensity;
 using test::kGravity;
+using test::Square;
 
 std::shared_ptr<const ClothModel> Falling(Mesh mesh, double gravity,
                                           const std::optional<Contact>& contact = {}) {
@@ -43,11 +44,6 @@ Mesh Moved(Mesh mesh, const Eigen::Vector3d& by) {
 Mesh Turned(Mesh mesh, const Eigen::Matrix3d& turn) {
   mesh.rest_x = (turn * mesh.rest_x.reshaped(3, mesh.num_vertices())).reshaped();
   return mesh;
-}
-
-Mesh Square(double side, int along) {
-  return Moved(MakeStrip(side, side, along, static_cast<int>(std::lround(1.155 * along))),
-               {-0.5 * side, 0.0, 0.0});
 }
 
 // Cloth that moves under what is done to it in each step.

@@ -18,9 +18,12 @@
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
+#include "tests/physics/cloth/contact/sheets.h"
 
 namespace drape {
 namespace {
+
+using test::Square;
 
 std::shared_ptr<const ClothModel> Falling(Mesh mesh) {
   Scene scene;
@@ -103,12 +106,6 @@ Eigen::Matrix3d TurnAboutZ(double angle) {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   return turn;
-}
-
-Mesh Square(double side, int along) {
-  Mesh mesh = MakeStrip(side, side, along, static_cast<int>(std::lround(1.155 * along)));
-  for (Eigen::Index i = 0; i < mesh.rest_x.size(); i += 3) mesh.rest_x[i] -= 0.5 * side;
-  return mesh;
 }
 
 // As Codimensional IPC's, a ball of .3 m that turns by 180° a second from the first second on.
