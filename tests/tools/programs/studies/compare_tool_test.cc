@@ -16,7 +16,8 @@ const std::string kCompare = std::string(DRAPE_BIN_DIR) + "/drape_compare";
 class CompareTool : public ToolFixture {
  protected:
   CompareTool() : data_(AddData()) {}
-  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+  ProcessResult Run(const std::vector<std::string>& more, ProcessLimits limits = {}) const {
+    limits.charts = charts_;
     std::vector<std::string> command = {kCompare,
                                         "--data=" + data_,
                                         "--data_fabric=3",
@@ -47,10 +48,13 @@ class CompareTool : public ToolFixture {
   }
 
   const std::string data_;
+  bool charts_ = false;
 };
 
 TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
+  charts_ = true;
   const ProcessResult result = Run({});
+  charts_ = false;
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("## Fabric 3"));
   EXPECT_THAT(result.out, HasSubstr("other samples"));
@@ -70,6 +74,7 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
 }
 
 TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
+  charts_ = true;
   const ProcessResult result = Run(
       {"--models=homogeneous,columns,bend,isotropic,linear", "--seeds=1", "--num_parameters=39"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

@@ -18,7 +18,8 @@ const std::string kStabilityConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/
 
 class StabilityTool : public ToolFixture {
  protected:
-  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+  ProcessResult Run(const std::vector<std::string>& more, ProcessLimits limits = {}) const {
+    limits.charts = charts_;
     std::vector<std::string> command = {
         kStability,
         "--mesh=disc:100",
@@ -45,9 +46,12 @@ class StabilityTool : public ToolFixture {
       count += file.path().extension() == ".json";
     return count;
   }
+
+  bool charts_ = false;
 };
 
 TEST_F(StabilityTool, WritesRunsResultsAndMaps) {
+  charts_ = true;
   const ProcessResult result =
       Run({"--maps=step time_step=0.1/0.5 tangle=0/0.1,explicit time_step=1e-3/2e-3 bend=1/2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -90,6 +94,7 @@ TEST_F(StabilityTool, CtrlCKeepsTheRunsAndTheSameCommandGoesOn) {
 // Three shares side by side, one of them killed and repeated, are one run.
 TEST_F(StabilityTool, SharesGatherToTheSameRuns) {
   const std::string map = "--maps=step time_step=0.02:0.5:4 bend=1:4:6";
+  charts_ = true;
   ASSERT_EQ(Run({map, "--out=" + Path("whole")}).exit_code, 0);
   const ProcessResult list = Run({map, "--list"});
   EXPECT_EQ(std::count(list.out.begin(), list.out.end(), '\n'), 24 + 4);

@@ -13,8 +13,8 @@ const std::string kRedWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/w
 
 class BenchTool : public ToolFixture {
  protected:
-  ProcessResult Bench(const std::vector<std::string>& more = {},
-                      const ProcessLimits& limits = {}) const {
+  ProcessResult Bench(const std::vector<std::string>& more = {}, ProcessLimits limits = {}) const {
+    limits.charts = charts_;
     std::vector<std::string> command = {kBench,
                                         "--fabric=" + kRedWool,
                                         "--start=" + kSeed,
@@ -44,10 +44,14 @@ class BenchTool : public ToolFixture {
       if (text.find("reference of wool_red") != std::string::npos) return file;
     return "";
   }
+
+  bool charts_ = false;
 };
 
 TEST_F(BenchTool, MeasuresTheProductAndContinues) {
+  charts_ = true;
   const ProcessResult first = Bench();
+  charts_ = false;
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_THAT(first.out, testing::HasSubstr("4 runs, "));
   const Json runs = Runs(Path("out"));
