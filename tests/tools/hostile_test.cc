@@ -10,8 +10,8 @@ using testing::HasSubstr;
 using testing::Not;
 
 // A name that a shell or matplotlib would take for more than text, were it to reach one as it is.
-const char* const kPlanted[] = {"a`touch PWNED_backtick`b", "q\n!touch PWNED_newline\n",
-                                "'.system('touch PWNED_quote').'",
+const char* const kPlanted[] = {"a`touch PWNED_backtick`b q\n!touch PWNED_newline\n",
+                                "'.system('touch PWNED_quote').'"
                                 "\".system(\"touch PWNED_double\").\"@x^{2}_%s%d\\"};
 
 class PlantedNames : public Hostile {
@@ -73,7 +73,7 @@ TEST_F(PlantedNames, RunNoCommandInFits) {
     std::filesystem::remove_all(Path("fit"));
   }
   RunPlanted("compare_optimisers",
-             {"--twins=" + names_[0] + "," + names_[1], "--fabric=" + names_[2],
+             {"--twins=" + names_[0] + "," + names_[1], "--fabric=" + Copy(kWool, "3" + names_[1]),
               "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100",
               "--num_parameters=2", "--methods=lm", "--budget=4", "--out=optimisers"});
 }
@@ -92,7 +92,7 @@ TEST_F(PlantedNames, RunNoCommandInAComparison) {
        {"--data=" + AddData(), std::string("--data_fabric=3"), std::string("--models=homogeneous"),
         std::string("--seeds=1"), std::string("--train=2"), std::string("--train_captures=1"),
         std::string("--face=up"), std::string("--draws=4"), std::string("--calibrate=false"),
-        "--fabric=" + names_[3]})
+        "--fabric=" + names_[1]})
     options.push_back(more);
   RunPlanted("compare", options);
 }

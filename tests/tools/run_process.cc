@@ -49,6 +49,7 @@ class Capture {
   }
   if (!limits.folder.empty() && chdir(limits.folder.c_str()) != 0) _exit(126);
   for (const auto& [name, value] : limits.environment) setenv(name.c_str(), value.c_str(), 1);
+  if (!limits.charts) setenv("PYTHONPATH", DRAPE_SOURCE_DIR "/tests/tools/without_charts", 1);
   const auto redirect = [](const std::string& file, const Capture& capture, int stream) {
     dup2(file.empty() ? capture.descriptor() : open(file.c_str(), O_WRONLY | O_CLOEXEC), stream);
   };

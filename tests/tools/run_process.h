@@ -23,7 +23,8 @@ struct ProcessLimits {
   std::string out_file = {};        // takes its stdout; empty: the result
   std::string err_file = {};        // the same of stderr
   std::vector<std::pair<std::string, std::string>> environment =
-      {};  // set beside those of the test
+      {};              // set beside those of the test
+  bool charts = true;  // false: a study finds no matplotlib, which takes it seconds
 };
 
 // Whether limits leave a program room: sanitizers reserve terabytes of addresses, and the thread

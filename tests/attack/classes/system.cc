@@ -23,6 +23,7 @@ constexpr char kVictim[] = "in/victim.txt";
 Request MakeSystemRequest(const Campaign& campaign, const std::string& program,
                           const std::vector<std::string>& more = {}) {
   Request request = MakeRequest(campaign, QuickCommand(program, more));
+  request.environment.erase("PYTHONPATH");
   request.limits.seconds = kSystemSeconds;
   return request;
 }

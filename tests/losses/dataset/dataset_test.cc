@@ -4,6 +4,12 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "losses/image/segmentation.h"
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
 
@@ -192,6 +198,144 @@ TEST(IndexList, RangesAndNumbers) {
   EXPECT_EQ(IndexListText({}), "");
   for (const char* bad : {"0", "-1", "a", "1,,2", "1-", "5-3", "1.5", "10000", "1;2", " 1"})
     EXPECT_INPUT_ERROR(ParseIndexList(bad, "samples"), "samples: found '");
+}
+
+// Two fabrics of six samples, four captures each.
+Dataset TwoFabrics() {
+  Dataset dataset;
+  for (int fabric : {1, 2})
+    for (int sample = 1; sample <= 6; ++sample)
+      for (int capture = 1; capture <= 4; ++capture)
+        dataset.captures.push_back({fabric, sample, capture, ClothFace::kUp, "image", ""});
+  return dataset;
+}
+
+std::set<std::pair<int, int>> ListSamples(const std::vector<Capture>& captures) {
+  std::set<std::pair<int, int>> samples;
+  for (const Capture& c : captures) samples.insert({c.fabric, c.sample});
+  return samples;
+}
+
+class SplitFile : public FileFixture {};
+
+TEST_F(SplitFile, KeepsSamplesTogetherAndSelectsInEachFabric) {
+  const Split split = SplitBySample(TwoFabrics().captures, 2, 5);
+  EXPECT_EQ(split.train.size(), 2u * 2 * 4);
+  EXPECT_EQ(split.held_out.size(), 2u * 4 * 4);
+  const auto train = ListSamples(split.train), held_out = ListSamples(split.held_out);
+  EXPECT_EQ(train.size(), 4u);
+  EXPECT_EQ(held_out.size(), 8u);
+  EXPECT_EQ(std::count_if(train.begin(), train.end(), [](auto s) { return s.first == 1; }), 2);
+  for (const auto& sample : train) EXPECT_FALSE(held_out.contains(sample));
+}
+
+TEST_F(SplitFile, FollowsFromTheSeedAlone) {
+  const auto captures = TwoFabrics().captures;
+  EXPECT_EQ(ListSamples(SplitBySample(captures, 3, 5).train),
+            ListSamples(SplitBySample(captures, 3, 5).train));
+  std::set<std::set<std::pair<int, int>>> selected;
+  std::set<std::pair<int, int>> ever;
+  for (int seed = 0; seed < 40; ++seed) {
+    const auto train = ListSamples(SplitBySample(captures, 1, seed).train);
+    selected.insert(train);
+    ever.insert(train.begin(), train.end());
+  }
+  EXPECT_GT(selected.size(), 15u);  // of 36
+  EXPECT_EQ(ever.size(), 12u);
+  EXPECT_EQ(ListSamples(SplitBySample(captures, 2, 1).train),
+            (std::set<std::pair<int, int>>{{1, 1}, {1, 2}, {2, 2}, {2, 3}}));
+}
+
+TEST_F(SplitFile, NeedsASampleToHoldOut) {
+  EXPECT_INPUT_ERROR(SplitBySample(TwoFabrics().captures, 6, 1),
+                     "found 6 training samples, expected fewer than the 6 of fabric 1");
+}
+
+TEST_F(SplitFile, IsReadBackAsItWasWritten) {
+  const Dataset dataset = TwoFabrics();
+  const Split split = SplitBySample(dataset.captures, 2, 123456789012345ull);
+  WriteSplit(Path("split.json"), split);
+  const Split back = ReadSplit(Path("split.json"), dataset);
+  EXPECT_EQ(back.seed, split.seed);
+  ASSERT_EQ(back.train.size(), split.train.size());
+  for (size_t i = 0; i < split.train.size(); ++i)
+    EXPECT_EQ(back.train[i].Name(), split.train[i].Name());
+  EXPECT_EQ(ListSamples(back.held_out), ListSamples(split.held_out));
+  EXPECT_EQ(back.train[0].image, "image");
+}
+
+TEST_F(SplitFile, MistakesAreNamed) {
+  const Dataset dataset = TwoFabrics();
+  const auto read = [&](const std::string& seed, const std::string& train,
+                        const std::string& held_out) {
+    return ReadSplit(
+        Write("s.json", R"({"format": "drapefit-split", "seed": )" + seed + R"(, "train": )" +
+                            train + R"(, "held_out": )" + held_out + "}"),
+        dataset);
+  };
+  EXPECT_EQ(read("1", "[[1,1,1]]", "[[1,2,1]]").train.size(), 1u);
+  EXPECT_INPUT_ERROR(read("-1", "[]", "[]"), "key 'seed': found -1");
+  EXPECT_INPUT_ERROR(read("1", "[[1,1]]", "[]"), "key 'train[0]'");
+  EXPECT_INPUT_ERROR(read("1", "[[3,1,1]]", "[]"), "key 'train[0]': the data set lacks");
+  EXPECT_INPUT_ERROR(read("1", "[[1,1,1]]", "[[1,1,2]]"),
+                     "the sample of fabric 1, sample 1, capture 2 is on both sides");
+  EXPECT_INPUT_ERROR(ReadSplit(Write("t.json", R"({"format": "other"})"), dataset), "format");
+}
+
+TEST(PublishedMesh, TheFillerVtIsDropped) {
+  const SyntheticDataset tree;
+  const PublishedMesh mesh = ReadPublishedMesh(tree.AddMesh("a.obj", true));
+  EXPECT_EQ(mesh.surface.x.size(), 3 * 121);
+  EXPECT_EQ(mesh.surface.triangles.size(), 120u);
+  ASSERT_TRUE(mesh.cloth.has_value());
+  EXPECT_NEAR(mesh.cloth->uv(0, 1), 0.15,
+              1e-6);  // with an offset of one it would be 0, as at the centre
+  EXPECT_NEAR(mesh.cloth->uv.col(31).y(), 0.15, 1e-6);
+}
+
+TEST(PublishedMesh, OtherTopologiesHaveNoCloth) {
+  const SyntheticDataset tree;
+  const PublishedMesh mesh = ReadPublishedMesh(tree.AddMesh("a.obj", false));
+  EXPECT_EQ(mesh.surface.triangles.size(), 90u);
+  EXPECT_FALSE(mesh.cloth.has_value());
+}
+
+TEST(PublishedMesh, ACountOfVtThatFitsNothingIsAnError) {
+  const SyntheticDataset tree;
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n";
+  EXPECT_INPUT_ERROR(
+      ReadPublishedMesh(tree.AddFile("a.obj", triangle + "vt 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n")),
+      "found 4 vt for 3 v");
+  EXPECT_TRUE(
+      ReadPublishedMesh(tree.AddFile("b.obj", triangle + "vt 0 0\nvt 1 0\nvt 0 1\n")).cloth);
+  EXPECT_INPUT_ERROR(ReadPublishedMesh(tree.AddFile("c.obj", "v 0 0 0\n")), "no faces");
+}
+
+TEST(QuarterTurn, IsFoundAgainstTheImage) {
+  const SyntheticDataset tree;
+  const GrayImage image = ReadSilhouette(tree.AddImage("a.jpg", 85, 5, 0.4)).image;
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    const auto mesh = ReadPublishedMesh(tree.AddMesh("a.obj", true, 85 / 719.5, 5, 0.4, quarters));
+    const auto turn = FindQuarterTurn(mesh.surface, image, Camera());
+    ASSERT_TRUE(turn.has_value());
+    EXPECT_EQ(turn->quarters, (4 - quarters) % 4);
+    EXPECT_LT(turn->rms, 0.5);
+    ObjSurface turned = mesh.surface;
+    turned.x = TurnedAboutZ(turned.x, turn->quarters * M_PI / 2);
+    EXPECT_EQ(FindQuarterTurn(turned, image, Camera())->quarters, 0);
+  }
+}
+
+TEST(TurnedAboutZ, MirrorsFirst) {
+  const Eigen::VectorXd turned = TurnedAboutZ(Eigen::Vector3d(1, 2, 3), M_PI / 2, true);
+  EXPECT_NEAR((turned - Eigen::Vector3d(2, 1, 3)).norm(), 0, 1e-15);
+}
+
+TEST(Rasterize, ASurfaceEqualsItsMesh) {
+  const SyntheticDataset tree;
+  const PublishedMesh mesh = ReadPublishedMesh(tree.AddMesh("a.obj", true));
+  EXPECT_EQ(Rasterize(mesh.surface, Camera(), 2).coverage,
+            Rasterize(*mesh.cloth, mesh.surface.x, Camera(), 2).coverage);
 }
 
 }  // namespace

@@ -2,13 +2,20 @@
 #include "losses/outline/measured_image.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
+#include "losses/silhouette/silhouette.h"
 #include "physics/util/errors.h"
+#include "tests/losses/disc.h"
 #include "tests/losses/image/photograph.h"
 
 namespace drape {
 namespace {
 
+using std::numbers::pi;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -89,6 +96,101 @@ TEST(MeasureImage, NotesWhatIsSlightlyOff) {
   EXPECT_EQ(moved.camera.cx, 120);
   ASSERT_EQ(moved.quality.notes.size(), 1u);
   EXPECT_THAT(moved.quality.notes[0], HasSubstr("7.5 px from the centre used"));
+}
+
+constexpr int kAngles = 360;
+constexpr double kTurn = 2 * pi * 25 / kAngles;
+
+// Folds of one order on a weaker wave that distinguishes left from right.
+Eigen::VectorXd Folded(int folds, double phase) {
+  Eigen::VectorXd r(kAngles);
+  for (int i = 0; i < kAngles; ++i) {
+    const double t = 2 * pi * i / kAngles - phase;
+    r[i] = .11 + .01 * std::cos(folds * t) + .004 * std::sin(2 * t);
+  }
+  return r;
+}
+
+Eigen::VectorXd Mirror(const Eigen::VectorXd& r) {
+  Eigen::VectorXd result = r;
+  for (Eigen::Index i = 1; i < r.size(); ++i) result[i] = r[r.size() - i];
+  return result;
+}
+
+TEST(MatchOutlines, FindsTheSameOutline) {
+  const Eigen::VectorXd r = Folded(5, 1);
+  for (const auto freedom :
+       {OutlineFreedom::kFixed, OutlineFreedom::kRotation, OutlineFreedom::kRotationAndMirror}) {
+    const OutlineMatch match = MatchOutlines(r, r, freedom);
+    EXPECT_EQ(match.rms, 0.0);
+    EXPECT_EQ(match.rotation, 0.0);
+    EXPECT_FALSE(match.mirrored);
+  }
+}
+
+TEST(MatchOutlines, FindsTheRotationOfB) {
+  const Eigen::VectorXd a = Folded(5, 1 + kTurn), b = Folded(5, 1);
+  EXPECT_GT(MatchOutlines(a, b).rms, 5e-3);
+  const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotation);
+  EXPECT_LT(match.rms, 1e-14);
+  EXPECT_NEAR(match.rotation, kTurn, 1e-12);
+}
+
+TEST(MatchOutlines, FindsTheMirrorImageOnlyWhenAsked) {
+  const Eigen::VectorXd a = Folded(5, 1), b = Mirror(Folded(5, 1 - kTurn));
+  EXPECT_GT(MatchOutlines(a, b, OutlineFreedom::kRotation).rms, 1e-3);
+  const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotationAndMirror);
+  EXPECT_LT(match.rms, 1e-14);
+  EXPECT_TRUE(match.mirrored);
+  EXPECT_NEAR(match.rotation, kTurn, 1e-12);
+}
+
+TEST(RefineRotation, FindsARotationBetweenTheAngles) {
+  for (const double part : {-0.4, 0.0, 0.3}) {
+    for (const bool mirrored : {false, true}) {
+      const double turn = kTurn + part * 2 * pi / kAngles;
+      const Eigen::VectorXd a = Folded(5, 1 + turn);
+      const Eigen::VectorXd b = mirrored ? Mirror(Folded(5, 1)) : Folded(5, 1);
+      const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotationAndMirror);
+      EXPECT_NEAR(match.rotation, kTurn, 1e-12);
+      const OutlineMatch refined = RefineRotation(a, b, match);
+      EXPECT_NEAR(refined.rotation, turn, 1e-5);
+      EXPECT_EQ(refined.mirrored, mirrored);
+    }
+  }
+}
+
+Color At(const RgbImage& picture, int column, int row) {
+  const uint8_t* rgb = &picture.rgb[3 * (size_t(row) * picture.width + column)];
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+void ExpectColor(const Color& found, const Color& expected) {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 2) << "channel " << c;
+}
+
+TEST(RenderOverlay, PaintsEachLineAtItsRadius) {
+  const Mesh disc = MakeDisc(3, 240, 0.13);
+  const Camera camera;
+  const GrayImage image = Rasterize(disc, disc.rest_x, camera);
+  const RgbImage picture = RenderOverlay(image, Eigen::VectorXd::Constant(1440, 93.5),
+                                         Eigen::VectorXd::Constant(1440, 80.0), camera, {});
+  ASSERT_EQ(picture.width, 768);
+  ASSERT_EQ(picture.height, 768);
+  // To the right of the centre; the column of radius r is 3·(127.5 + r + ½) − ½.
+  const int row = 384;
+  ExpectColor(At(picture, int(3 * (128 + 93.5)), row), kMeasuredColor);
+  ExpectColor(At(picture, int(3 * (128 + 80.0)), row), kFittedColor);
+  EXPECT_EQ(At(picture, 384, row), (Color{150, 150, 150}));  // cloth
+  EXPECT_EQ(At(picture, 760, row), (Color{255, 255, 255}));  // background
+  const Color support = At(picture, int(std::lround(3 * (128 + 64.755) - 0.5)), row);
+  EXPECT_LT(support[0], 140);
+}
+
+TEST(RenderOverlay, LinesThatLeaveTheImageAreCut) {
+  const RgbImage picture = RenderOverlay(GrayImage(64, 48), Eigen::VectorXd::Constant(8, 1e6),
+                                         Eigen::VectorXd::Constant(8, 500), Camera(), {});
+  EXPECT_EQ(picture.rgb.size(), 3u * 192 * 144);
 }
 
 }  // namespace

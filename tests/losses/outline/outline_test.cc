@@ -4,6 +4,9 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 
@@ -196,6 +199,117 @@ TEST(OutlineFromImage, ReportsRaysWithoutCloth) {
   Outline outline;
   EXPECT_FALSE(OutlineFromImage(image, Camera(), 4, &outline));
   EXPECT_EQ(outline.missing, (std::vector<int>{1, 2, 3}));
+}
+
+// A star of 7 folds with an ellipse, without a first harmonic about (column, row). The coverage
+// falls from 1 to 0 over the pixel that the outline crosses.
+GrayImage Star(double column, double row) {
+  GrayImage image(256, 256);
+  for (int j = 0; j < image.height; ++j) {
+    for (int i = 0; i < image.width; ++i) {
+      const double x = i - column, y = row - j, angle = std::atan2(y, x);
+      const double radius =
+          80.0 + 9.0 * std::cos(7 * angle + 0.4) + 5.0 * std::cos(2 * angle - 1.0);
+      image.at(i, j) = static_cast<float>(std::clamp(radius - std::hypot(x, y) + 0.5, 0.0, 1.0));
+    }
+  }
+  return image;
+}
+
+class CentreTest : public testing::TestWithParam<std::pair<double, double>> {};
+INSTANTIATE_TEST_SUITE_P(Offsets, CentreTest,
+                         testing::Values(std::pair{0.0, 0.0}, std::pair{9.5, 0.0},
+                                         std::pair{0.0, -7.25}, std::pair{-6.3, 8.1}));
+
+TEST_P(CentreTest, FindsAKnownOffset) {
+  const auto [along, down] = GetParam();
+  Camera camera;
+  const Camera nominal;
+  ASSERT_TRUE(CentreOnOutline(Star(nominal.cx + along, nominal.cy + down), &camera));
+  EXPECT_NEAR(camera.cx - nominal.cx, along, 0.05);
+  EXPECT_NEAR(camera.cy - nominal.cy, down, 0.05);
+  EXPECT_EQ(camera.scale, nominal.scale);
+}
+
+TEST(Centre, LeavesNoFirstHarmonic) {
+  const GrayImage image = Star(134.0, 121.0);
+  Camera camera;
+  ASSERT_TRUE(CentreOnOutline(image, &camera));
+  Outline outline;
+  ASSERT_TRUE(OutlineFromImage(image, camera, 360, &outline));
+  double along = 0.0, up = 0.0;
+  for (int k = 0; k < 360; ++k) {
+    along += outline.radius[k] * std::cos(2 * M_PI * k / 360) / 180;
+    up += outline.radius[k] * std::sin(2 * M_PI * k / 360) / 180;
+  }
+  EXPECT_LT(std::hypot(along, up), 1e-3);
+}
+
+TEST(Centre, AnImageWithoutClothHasNone) {
+  Camera camera;
+  EXPECT_FALSE(CentreOnOutline(GrayImage(256, 256), &camera));
+}
+
+TEST(EstimatedHemHeight, IsThatOfAHangingAndOfAFlatCloth) {
+  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.09, {}), -0.06);
+  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.15, {}), 0.0);
+  EXPECT_NEAR(EstimatedHemHeight(0.12, {}), -0.06 * std::sqrt(0.9775 * 0.9775 - 0.25), 1e-12);
+  EXPECT_NEAR(EstimatedHemHeight(0.12, {0.18, 0.09}), -0.0842, 2e-3);
+}
+
+// Straight above the axis at 1 m, where a point at the height z is seen at radius·(1 − z/1 m).
+TEST(EstimatedOutermost, IsTheHemFarFromTheSupportAndBetweenItAndTheBendNearIt) {
+  const auto seen_at = [](double radius, double height) {
+    const double at_support = radius / (1 - height);
+    return [at_support](double z) { return Eigen::Vector2d(at_support * (1 - z), 0.0); };
+  };
+  for (const double radius : {0.11, 0.13, 0.15}) {
+    const auto point_at = seen_at(radius, EstimatedHemHeight(radius, {}));
+    EXPECT_NEAR(EstimatedOutermost(point_at, {}).x(), radius, 1e-5) << radius;
+  }
+  const double rim = 0.09;
+  const Eigen::Vector2d found = EstimatedOutermost(seen_at(rim, 0.0), {});
+  EXPECT_GT(found.x(), rim);
+  EXPECT_LT(found.x(), rim * (1 - EstimatedHemHeight(rim, {})));
+  EXPECT_NEAR(EstimatedOutermost(seen_at(1.02 * rim, 0.0), {}).x(), 1.02 * rim * 1.0117, 1e-4);
+}
+
+// A hem that hangs exactly at the estimated heights is found again.
+TEST(VerticalProfile, UndoesAnObliquePinhole) {
+  Camera camera;
+  camera.kind = CameraKind::kPinhole;
+  camera.width = 1200;
+  camera.height = 1000;
+  camera.cx = 640;
+  camera.cy = 510;
+  camera.eye_height = 1.0;
+  camera.eye_x = 0.08;
+  camera.eye_y = -0.05;
+  constexpr int kAngles = 360, kFine = 3600;
+  const auto radius = [](double angle) { return 0.12 + 0.012 * std::cos(7 * angle + 0.4); };
+  Eigen::VectorXd seen = Eigen::VectorXd::Zero(kAngles);
+  Eigen::Matrix2Xd points(2, kFine);
+  for (int i = 0; i < kFine; ++i) {
+    const double angle = 2 * M_PI * i / kFine, r = radius(angle);
+    const double x[3] = {r * std::cos(angle), r * std::sin(angle), EstimatedHemHeight(r, {})};
+    camera.Project(x, points.col(i).data());
+  }
+  for (int i = 0; i < kFine; ++i) {
+    const double angle = std::atan2(camera.cy - points(1, i), points(0, i) - camera.cx);
+    const int k = static_cast<int>(std::lround(angle / (2 * M_PI) * kAngles) + kAngles) % kAngles;
+    if (std::abs(std::remainder(angle - 2 * M_PI * k / kAngles, 2 * M_PI)) < M_PI / kFine)
+      seen[k] = std::hypot(points(0, i) - camera.cx, points(1, i) - camera.cy);
+  }
+  for (int k = 0; k < kAngles; ++k)
+    if (seen[k] == 0) seen[k] = seen[(k + kAngles - 1) % kAngles];
+  const Eigen::VectorXd found = VerticalProfile(seen, camera, {});
+  const Eigen::VectorXd plane = MetresFromPixels(seen, camera);
+  double worst = 0;
+  for (int k = 0; k < kAngles; ++k)
+    worst = std::max(worst, std::abs(found[k] - radius(2 * M_PI * k / kAngles)));
+  EXPECT_LT(worst, 2.5e-3);
+  EXPECT_NEAR(ProfileArea(found), M_PI * (0.12 * 0.12 + 0.5 * 0.012 * 0.012), 2e-4);
+  EXPECT_LT(ProfileArea(plane), 0.95 * ProfileArea(found));
 }
 
 }  // namespace

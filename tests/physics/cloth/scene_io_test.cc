@@ -5,7 +5,7 @@
 #include "physics/simulation/backend.h"
 #include "physics/simulation/rollout.h"
 #include "tests/physics/file_fixture.h"
-#include "tests/physics/simulation/textbook/closed_forms.h"
+#include "tests/physics/simulation/closed_forms.h"
 
 namespace drape {
 namespace {

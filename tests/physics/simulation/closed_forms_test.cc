@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cases with a closed form [MODEL, M53, M56, M57].
-#include "tests/physics/simulation/textbook/closed_forms.h"
+#include "tests/physics/simulation/closed_forms.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "physics/cloth/contact/contact.h"
 #include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/mesh.h"
+#include "physics/mesh/mesh_spec.h"
 
 namespace drape::test {
 
@@ -22,6 +24,13 @@ inline double RestingGap(const Contact& contact, double pressure) {
         middle;
   }
   return low;
+}
+
+// A square sheet whose side from x = −side/2 to side/2 has so many edges.
+inline Mesh Square(double side, int along) {
+  Mesh mesh = MakeStrip(side, side, along, static_cast<int>(std::lround(1.155 * along)));
+  for (Eigen::Index i = 0; i < mesh.rest_x.size(); i += 3) mesh.rest_x[i] -= 0.5 * side;
+  return mesh;
 }
 
 // Several cloths as one mesh. Their vertices follow one another.

@@ -11,7 +11,7 @@ namespace drape {
 namespace {
 
 using Columns = DeformationGradient<double>;
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+using Hessian = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 template <class Laws>
 class StretchTest : public testing::Test {};
@@ -59,7 +59,7 @@ TYPED_TEST(StretchTest, DerivativeAgreesWithPlainAutomaticDifferentiation) {
   const StretchTable table = test::TestMaterial().stretch[0];
   for (int i = 0; i < 50; ++i) {
     const Columns F = RandomF(random), w = RandomColumns(1.0, random);
-    Matrix6 Q, expected;
+    Hessian Q, expected;
     StretchStepDerivative(law, F, table, w, 0.05, reinterpret_cast<double(*)[6]>(Q.data()));
     DeformationGradient<Dual<6>> seeded;
     for (int j = 0; j < 6; ++j) (&seeded.u.x)[j] = Dual<6>((&F.u.x)[j], j);
@@ -79,11 +79,11 @@ TYPED_TEST(StretchTest, DerivativeAgreesWithFiniteDifferences) {
   const StretchTable table = test::TestMaterial().stretch[0];
   for (int i = 0; i < 20; ++i) {
     const Columns F = RandomF(random), w = RandomColumns(1.0, random);
-    Matrix6 Q;
+    Hessian Q;
     StretchStepDerivative(law, F, table, w, 0.05, reinterpret_cast<double(*)[6]>(Q.data()));
     double best = 1.0;
     for (double step = 1e-3; step > 1e-8; step /= 10) {
-      Matrix6 differences;
+      Hessian differences;
       for (int j = 0; j < 6; ++j) {
         Columns up = F, down = F;
         (&up.u.x)[j] += step;
@@ -106,7 +106,7 @@ TYPED_TEST(StretchTest, AdjointIsTheTransposedDerivative) {
     const Columns F = RandomF(random), w = RandomColumns(1.0, random),
                   lambda = RandomColumns(1.0, random);
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> along(&lambda.u.x);
-    Matrix6 Q;
+    Hessian Q;
     StretchStepDerivative(law, F, table, w, 0.05, reinterpret_cast<double(*)[6]>(Q.data()));
     const StretchAdjoint adjoint = AdjStretchStep(law, F, table, w, 0.05, lambda);
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> adj_F(&adjoint.adj_F.u.x);
@@ -127,7 +127,7 @@ TYPED_TEST(StretchTest, StepMatrixIsSymmetricAndPositive) {
   for (int i = 0; i < 50; ++i) {
     const Columns F = RandomF(random);
     const auto k = EvaluateStretch(law, Green(F), table);
-    Matrix6 H;
+    Hessian H;
     for (int j = 0; j < 6; ++j) {
       Columns unit{};
       (&unit.u.x)[j] = 1.0;
@@ -135,7 +135,7 @@ TYPED_TEST(StretchTest, StepMatrixIsSymmetricAndPositive) {
       H.col(j) = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(&column.u.x);
     }
     EXPECT_LT((H - H.transpose()).norm(), 1e-14 * H.norm());
-    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(H);
+    const Eigen::SelfAdjointEigenSolver<Hessian> eigen(H);
     EXPECT_GT(eigen.eigenvalues()[0], -1e-12 * eigen.eigenvalues()[5]);
   }
 }

@@ -4,17 +4,24 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/state.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/backend.h"
+#include "physics/simulation/rollout.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {
 namespace {
+
+using testing::DoubleEq;
+using testing::Optional;
 
 // A table with equal rows, for which the stretch law is the gradient of StretchEnergy.
 MaterialField ConstantMaterial() {
@@ -227,6 +234,220 @@ TEST_P(StaticsTest, AdjointAgreesWithTangentTo1em9) {
     std::printf("%s: adjoint against tangent %.1e\n", GetParam().c_str(), error);
     EXPECT_LT(error, 1e-9);
   }
+}
+
+// The decisions of Newton's method on artificial residuals and energies.
+
+constexpr double kRadius = 3e-3;
+const EquilibriumOptions kOptions{
+    .tolerance = 1e-9, .shift = {.first = 25.0, .most = 400.0}, .first_radius = kRadius};
+
+class NewtonControlTest : public testing::Test {
+ protected:
+  // A step whose first factorisation succeeds.
+  NewtonVerdict Step(double move, double residual, double energy) {
+    EXPECT_EQ(control_.Next(), NewtonNext::kStep);
+    control_.FirstShift();
+    control_.Scale(move);
+    return control_.Judge(residual, energy);
+  }
+  // The largest move that the next step may make [m].
+  double Radius() {
+    constexpr double kFar = 1e3;
+    return kFar * control_.Scale(kFar);
+  }
+  NewtonControl control_{kOptions, 1.0, 0.0};
+};
+
+TEST_F(NewtonControlTest, EndsAtTheToleranceOnly) {
+  EXPECT_EQ(control_.Next(), NewtonNext::kStep);
+  EXPECT_EQ(Step(1e-4, 1.1e-9, -1.0), NewtonVerdict::kAccept);
+  EXPECT_EQ(control_.Next(), NewtonNext::kStep);
+  EXPECT_EQ(Step(1e-4, 1e-9, -2.0), NewtonVerdict::kAccept);
+  EXPECT_EQ(control_.Next(), NewtonNext::kConverged);
+  EXPECT_EQ(NewtonControl(kOptions, std::numeric_limits<double>::quiet_NaN(), 0.0).Next(),
+            NewtonNext::kStep);
+}
+
+TEST_F(NewtonControlTest, EndsAtTheIterationLimitAndWhenCancelled) {
+  std::atomic<bool> cancel = false;
+  EquilibriumOptions options = kOptions;
+  options.max_iterations = 2;
+  options.cancel = &cancel;
+  control_ = NewtonControl(options, 1.0, 0.0);
+  Step(1e-4, 0.9, -1.0);
+  Step(1e-4, 0.8, -2.0);
+  EXPECT_EQ(control_.Next(), NewtonNext::kGiveUp);
+  EXPECT_EQ(control_.iterations(), 2);
+  cancel = true;
+  EXPECT_EQ(control_.Next(), NewtonNext::kCancelled);
+}
+
+TEST_F(NewtonControlTest, AFailedFactorisationRaisesTheShiftUntilNoneIsLeft) {
+  EXPECT_EQ(control_.FirstShift(), 0.0);
+  EXPECT_THAT(control_.NextShift(), Optional(25.0));
+  EXPECT_THAT(control_.NextShift(), Optional(100.0));
+  EXPECT_THAT(control_.NextShift(), Optional(400.0));
+  EXPECT_EQ(control_.Next(), NewtonNext::kStep);
+  EXPECT_EQ(control_.NextShift(), std::nullopt);
+  EXPECT_EQ(control_.Next(), NewtonNext::kGiveUp);
+  EXPECT_EQ(control_.factorisations(), 4);
+}
+
+TEST_F(NewtonControlTest, TheShiftStaysWhereItWasRaisedAndDecaysAfterwards) {
+  control_.FirstShift();
+  control_.NextShift();
+  control_.NextShift();
+  control_.Scale(1e-4);
+  control_.Judge(0.9, -1.0);
+  for (const double expected : {100.0, 25.0, 6.25, 0.0, 0.0}) {
+    EXPECT_EQ(control_.FirstShift(), expected);
+    control_.Scale(1e-4);
+    control_.Judge(0.9, -1.0);
+  }
+  EXPECT_EQ(control_.steps()[0].shift, 100.0);
+  EXPECT_EQ(control_.steps()[2].shift, 25.0);
+}
+
+TEST_F(NewtonControlTest, AShortenedStepKeepsAShift) {
+  Step(2 * kRadius, 0.9, -1.0);
+  EXPECT_EQ(control_.FirstShift(), kOptions.shift.first);
+}
+
+TEST_F(NewtonControlTest, StepsAreShortenedToTheRadius) {
+  EXPECT_EQ(control_.Scale(0.95 * kRadius), 1.0);
+  EXPECT_EQ(control_.Scale(kRadius), 1.0);
+  EXPECT_THAT(control_.Scale(4 * kRadius), DoubleEq(0.25));
+}
+
+TEST_F(NewtonControlTest, TheRadiusGrowsAfterShortenedStepsUpToItsMaximum) {
+  Step(0.5 * kRadius, 0.9, -1.0);
+  EXPECT_THAT(Radius(), DoubleEq(kRadius));
+  control_.Judge(0.8, -2.0);
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
+  control_.Judge(0.8, -3.0);
+  Step(0.5 * kRadius, 0.8, -4.0);
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * 1.5 * kRadius));
+  for (int i = 0; i < 10; ++i) Step(1.0, 0.8, -5.0 - i);
+  EXPECT_THAT(Radius(), DoubleEq(kOptions.max_radius));
+}
+
+TEST_F(NewtonControlTest, ALongNonMonotoneRunThatEndsWellKeepsTheRadius) {
+  EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
+  EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
+  EXPECT_EQ(Step(1.0, 0.9, -1.0), NewtonVerdict::kAccept);
+  EXPECT_THAT(Radius(), DoubleEq(kRadius));
+  control_.Judge(0.9, 0.0);  // one step above the best energy, then one below
+  EXPECT_EQ(Step(1e-4, 0.9, -2.0), NewtonVerdict::kAccept);
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
+}
+
+TEST_F(NewtonControlTest, TheNinthStepAboveTheBestEnergyIsRejected) {
+  Step(1e-4, 0.5, -1.0);
+  for (int i = 0; i < 8; ++i)
+    ASSERT_EQ(Step(1e-4, 0.1, -1.0 + 0.01 * i), NewtonVerdict::kNonMonotone) << i;
+  EXPECT_EQ(Step(0.5 * kRadius, 1e-10, 0.0), NewtonVerdict::kRejectStep);
+  EXPECT_EQ(control_.Next(), NewtonNext::kStep);  // the best shape is not an equilibrium
+  EXPECT_THAT(Radius(), DoubleEq(0.35 * 0.5 * kRadius));
+  control_.Judge(0.4, -2.0);
+  EXPECT_EQ(control_.steps().back().residual, 0.5);
+  EXPECT_EQ(Step(1e-4, 0.5, 0.0), NewtonVerdict::kNonMonotone);  // the count restarts
+}
+
+TEST_F(NewtonControlTest, AnEnergyThatIsNotFiniteIsRejectedAtOnce) {
+  for (const double energy :
+       {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_EQ(Step(1e-4, 0.5, energy), NewtonVerdict::kRejectStep) << energy;
+}
+
+TEST_F(NewtonControlTest, GivesUpWhenStepsHaveNoLength) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Step(1e-8, 0.5, nan);
+  EXPECT_EQ(Step(1e-9, 0.5, nan), NewtonVerdict::kRejectStep);
+  EXPECT_EQ(control_.Next(), NewtonNext::kGiveUp);
+}
+
+TEST_F(NewtonControlTest, NearTheEndALowerResidualIsEnough) {
+  EXPECT_EQ(Step(1e-4, 1e-4, 1.0), NewtonVerdict::kNonMonotone);  // the best one has energy 1
+  EXPECT_EQ(Step(1e-4, 5e-4, -1.0), NewtonVerdict::kAccept);
+  EXPECT_EQ(Step(1e-4, 4.6e-4, -0.5), NewtonVerdict::kNonMonotone);
+  EXPECT_EQ(Step(1e-4, 4.4e-4, -0.5), NewtonVerdict::kAccept);
+  EXPECT_EQ(Step(1e-4, 4.4e-4, -0.6), NewtonVerdict::kAccept);  // below the last accepted energy
+  ASSERT_EQ(control_.steps().size(), 5u);
+  EXPECT_FALSE(control_.steps()[2].accepted);
+  EXPECT_TRUE(control_.steps()[3].accepted);
+  EXPECT_EQ(control_.steps()[3].residual, 4.6e-4);
+  EXPECT_EQ(control_.steps()[3].energy, -0.5);
+}
+
+TEST_F(NewtonControlTest, ADrapeIsStableWhileTheSkewPartOfKIsSmall) {
+  EXPECT_EQ(control_.Conclude(0.99), EquilibriumStatus::kStable);
+  EXPECT_EQ(control_.Conclude(1.0), EquilibriumStatus::kUnstable);
+  EXPECT_EQ(control_.Conclude(std::nullopt), EquilibriumStatus::kUnstable);
+  EXPECT_EQ(control_.factorisations(), 3);
+}
+
+// All eigenvalues, by dense algebra.
+Eigen::VectorXd DenseEigenvalues(const ClothModel& model, const MaterialField& material,
+                                 const Eigen::VectorXd& x) {
+  const int n = model.num_dofs();
+  BlockMatrix negative(model.pattern);
+  AssembleStepDerivative(model, material, x, Eigen::VectorXd::Zero(n), 1.0, negative);
+  RowMatrix K = RowMatrix::Zero(n, n);
+  AddMultiply(model.pattern, negative, RowMatrix::Identity(n, n), K);
+  const Eigen::MatrixXd symmetric = -0.5 * (K + K.transpose());
+  const Eigen::MatrixXd mass = model.LumpedMass(material.density).asDiagonal();
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, mass,
+                                                                   Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+// At a drape and at a shape that is not an equilibrium, whose lowest eigenvalues are negative.
+TEST(LowestEigenvalues, AgreeWithDenseAlgebra) {
+  constexpr int kCount = 6;
+  for (const char* law : {"reference", "smooth"}) {
+    StepSolver solver(test::SmallDisc(law));
+    const MaterialField material = test::TestMaterial();
+    std::mt19937_64 random(4);
+    const State start = test::NoisyStart(solver.model(), 2e-3, random);
+    const State relaxed = Rollout(solver, material, start, {.h = 0.1, .steps = 20}).end;
+    const EquilibriumResult rest = SolveEquilibrium(solver, material, relaxed.x, {});
+    ASSERT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
+    for (const bool at_rest : {true, false}) {
+      const Eigen::VectorXd& x = at_rest ? rest.x : start.x;
+      const Eigen::VectorXd dense = DenseEigenvalues(solver.model(), material, x).head(kCount);
+      const Eigen::VectorXd found = LowestEigenvalues(solver, material, x, kCount);
+      ASSERT_EQ(found.size(), kCount);
+      std::printf("%s: lowest %.6g, dense %.6g\n", law, found[0], dense[0]);
+      EXPECT_LT((found - dense).norm(), 1e-8 * dense.norm());
+      EXPECT_EQ(found[0] > 0.0, at_rest);
+    }
+  }
+}
+
+// The first bending mode of a narrow cantilever without gravity: ω² = 1.8751⁴·D(1 − ν²)/(ρL⁴), ν =
+// −1/3 of the hinge formula. The tolerance of 3 % covers the hinges that free edges lack and the
+// uneven end of the clamp.
+TEST(LowestEigenvalues, FirstBendingOfACantilever) {
+  const double density = 0.2, spacing = 0.1 / 40, clamp = 3.1 * spacing, rigidity = 1e-5;
+  Scene scene;
+  scene.handles = Handles{.stiffness = 1e6};
+  ClothModel model(MakeStrip(44 * spacing, 10 * spacing * std::sqrt(0.75), 44, 10), scene,
+                   MakeLaw("smooth"));
+  model.held.clear();
+  for (int i = 0; i < model.mesh.num_vertices(); ++i)
+    if (model.mesh.uv(0, i) <= clamp) model.held.push_back(i);
+  MaterialField material = test::TestMaterial();
+  material.density = density;
+  for (double& entry : std::span(&material.bend[0].b[0][0], kBendEntries))
+    entry = kBendPerRigidity * rigidity;
+  StepSolver solver(std::make_shared<ClothModel>(std::move(model)));
+  const Eigen::VectorXd found = LowestEigenvalues(solver, material, solver.model().mesh.rest_x, 2);
+  ASSERT_EQ(found.size(), 2);
+  const double length = (44 - 3 + 0.25) * spacing;
+  const double expected = std::pow(1.8751041 / length, 4) * rigidity * (1.0 - 1.0 / 9.0) / density;
+  std::printf("omega^2 %.4f, beam %.4f\n", found[0], expected);
+  EXPECT_NEAR(found[0], expected, 0.03 * expected);
 }
 
 }  // namespace

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/lab_measurement.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "solver/fit/parametrisation.h"
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/file_fixture.h"
+#include "tests/physics/simulation/closed_forms.h"
+#include "tests/solver/fit/write_lab_measurement.h"
+
+namespace drape {
+namespace {
+
+class LabMeasurementFile : public FileFixture {
+ protected:
+  static constexpr const char* kCantilever =
+      R"({"test": "cantilever", "direction": 45, "sigma": 0.5,
+          "points": [{"length": 0.06, "angle": 41.5}, {"length": 0.05, "angle": 30}]})";
+  static constexpr const char* kTensile =
+      R"({"test": "tensile", "direction": 90, "length": 0.2, "width": 0.05, "sigma": 0.002,
+          "points": [{"force": 5.0, "stretch": 1.02}]})";
+
+  // The text with one part replaced.
+  std::string With(std::string text, const std::string& part, const std::string& other) const {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+    return Write("bad.json", text.replace(text.find(part), part.size(), other));
+  }
+};
+
+TEST_F(LabMeasurementFile, IsReadWithPointsByRisingLength) {
+  const LabMeasurement test = ReadLabMeasurements(Write("bias.json", kCantilever)).front();
+  EXPECT_EQ(test.name, "bias");
+  EXPECT_EQ(test.kind, LabMeasurementKind::kCantilever);
+  EXPECT_EQ(test.direction, 45.0);
+  EXPECT_EQ(test.sigma, 0.5);
+  ASSERT_EQ(test.points.size(), 2u);
+  EXPECT_EQ(test.points[0].set, 0.05);
+  EXPECT_EQ(test.points[0].reading, 30.0);
+  EXPECT_EQ(test.points[1].set, 0.06);
+}
+
+TEST_F(LabMeasurementFile, IsWrittenAsItIsRead) {
+  const LabMeasurement warp = ReadLabMeasurements(Write("warp.json", kTensile)).front();
+  EXPECT_EQ(warp.length, 0.2);
+  EXPECT_EQ(warp.width, 0.05);
+  test::WriteLabMeasurement(Path("copy.json"), warp);
+  const LabMeasurement copy = ReadLabMeasurements(Path("copy.json")).front();
+  EXPECT_EQ(copy.kind, LabMeasurementKind::kTensile);
+  EXPECT_EQ(copy.direction, 90.0);
+  EXPECT_EQ(copy.width, 0.05);
+  EXPECT_EQ(copy.sigma, 0.002);
+  ASSERT_EQ(copy.points.size(), 1u);
+  EXPECT_EQ(copy.points[0].set, 5.0);
+  EXPECT_EQ(copy.points[0].reading, 1.02);
+}
+
+TEST_F(LabMeasurementFile, BadValuesAreNamed) {
+  const auto expect = [&](const std::string& path, const std::string& text) {
+    EXPECT_INPUT_ERROR(ReadLabMeasurements(path), text);
+  };
+  expect(With(kCantilever, "sigma", "sigmas"), "unknown key 'sigmas'");
+  expect(With(kCantilever, "cantilever", "shear"),
+         "found 'shear', expected one of cantilever, tensile");
+  expect(With(kCantilever, "0.06", "-0.06"), "bad.json: key 'points[0].length': found -0.06");
+  expect(With(kCantilever, "41.5", "90"), "'points[0].angle': found 90, expected a number > 0.0");
+  expect(With(kCantilever, "0.5,", "0,"), "key 'sigma'");
+  expect(With(kCantilever, R"("sigma": 0.5,)", ""), "'sigma' is missing");
+  expect(With(kCantilever, "angle", "stretch"), "unknown key 'points[0].stretch'");
+  expect(With(kTensile, "0.2,", "-0.2,"), "key 'length': found -0.2");
+  expect(With(kTensile, R"([{"force": 5.0, "stretch": 1.02}])", "[]"), "at least one point");
+  expect(With(kTensile, R"("width": 0.05,)", ""), "'width' is missing");
+  expect(With(kTensile, "5.0", "0"), "'points[0].force': found 0, expected a number > 0.0");
+}
+
+class FabMeasurementFile : public FileFixture {
+ protected:
+  // One way of a strip of 8 cm that follows F = k·strain, from strain 0 to `most` or back, with an
+  // offset of the force of 0.4 gf.
+  static nlohmann::json Way(double k, double most, bool back) {
+    nlohmann::json cycle = nlohmann::json::array();
+    constexpr int kSamples = 400;
+    for (int i = 0; i <= kSamples; ++i) {
+      const double strain = most * (back ? kSamples - i : i) / kSamples;
+      cycle.push_back(8.0 * (1.0 + strain));
+      cycle.push_back(0.4 + (back ? 0.6 : 1.0) * k * strain);
+    }
+    return cycle;
+  }
+  static nlohmann::json Strip(double k) {
+    return {{"S2",
+             {{"freq", 55},
+              {"width", 5},
+              {"length", 8.2},
+              {"samplesTree",
+               {Way(k, 0.05, false), Way(k, 0.05, true), Way(k, 0.1, false), Way(k, 0.1, true)}}}}};
+  }
+  static nlohmann::json File() {
+    return {{"schema", "1.1"},
+            {"custom", nullptr},
+            {"raw_data", {{"L", Strip(9000)}, {"W", Strip(6000)}, {"B", Strip(500)}, {"M", 150}}}};
+  }
+};
+
+TEST_F(FabMeasurementFile, HasAStripForEachDirection) {
+  const auto strips = ReadLabMeasurements(Write("denim.json", File().dump()));
+  ASSERT_EQ(strips.size(), 3u);
+  const double direction[] = {0.0, 45.0, 90.0}, stiffness[] = {6000.0, 500.0, 9000.0};
+  const char* names[] = {"denim_weft", "denim_bias", "denim_warp"};
+  for (int i = 0; i < 3; ++i) {
+    const LabMeasurement& strip = strips[i];
+    EXPECT_EQ(strip.name, names[i]);
+    EXPECT_EQ(strip.kind, LabMeasurementKind::kTensile);
+    EXPECT_EQ(strip.direction, direction[i]);
+    EXPECT_DOUBLE_EQ(strip.length, 0.08);
+    EXPECT_DOUBLE_EQ(strip.width, 0.05);
+    EXPECT_DOUBLE_EQ(strip.sigma, std::max(1e-3, 0.01 * (strip.points.back().reading - 1.0)));
+    ASSERT_EQ(strip.points.size(), 10u);
+    for (const LabPoint& point : strip.points)  // of the loading to 10 %, not of the way back
+      EXPECT_NEAR(point.set, 9.80665e-3 * stiffness[i] * (point.reading - 1.0),
+                  0.01 * strip.points.back().set);
+    EXPECT_GT(strip.points.back().reading, 1.09);
+  }
+}
+
+TEST_F(FabMeasurementFile, IsFoundThroughItsMaterial) {
+  Write("raw.json", File().dump());
+  const std::string material =
+      Write("denim.u3m",
+            R"({"schema": "1.1", "material": {"physics": {"devices": {"fab": "raw.json"}}}})");
+  EXPECT_EQ(ReadLabMeasurements(material).size(), 3u);
+  EXPECT_EQ(ReadLabMeasurements(material)[2].name, "raw_warp");
+}
+
+TEST_F(FabMeasurementFile, OtherFilesAreMeasurementsOfOurs) {
+  const auto own = ReadLabMeasurements(Write("own.json", R"({"test": "cantilever", "direction": 0,
+      "sigma": 1, "points": [{"length": 0.06, "angle": 41.5}]})"));
+  ASSERT_EQ(own.size(), 1u);
+  EXPECT_EQ(own[0].kind, LabMeasurementKind::kCantilever);
+}
+
+TEST_F(FabMeasurementFile, BadFilesAreNamed) {
+  const auto expect = [&](const char* pointer, const nlohmann::json& value, const char* text) {
+    nlohmann::json file = File();
+    file[nlohmann::json::json_pointer(pointer)] = value;
+    EXPECT_INPUT_ERROR(ReadLabMeasurements(Write("bad.json", file.dump())), text);
+  };
+  expect("/raw_data", nlohmann::json::object(), "expected the strips \"W\", \"B\" or \"L\"");
+  expect("/raw_data/W/S2/width", 50, "'raw_data.W.S2.width': found 50");
+  expect("/raw_data/B/S2/samplesTree", nlohmann::json::array({Way(500, 0.1, true)}),
+         "distance and force rise");
+  expect("/raw_data/B/S2/samplesTree/0", {8.0, 1.0, 8.1}, "pairs of distance and force");
+  expect("/raw_data/B/S2/samplesTree/0/3", "x", "samplesTree[0][3]");
+  Write("lost.u3m",
+        R"({"schema": "1.1", "material": {"physics": {"devices": {"fab": "no.json"}}}})");
+  EXPECT_INPUT_ERROR(ReadLabMeasurements(Path("lost.u3m")), "no.json");
+  Write("bare.u3m", R"({"schema": "1.1", "material": {"physics": {}}})");
+  EXPECT_INPUT_ERROR(ReadLabMeasurements(Path("bare.u3m")), "devices");
+}
+
+// A strip's reading against closed forms, its derivative against differences.
+
+constexpr double kGravity = 9.80665, kDegree = M_PI / 180.0;
+
+LabMeasurement Cantilever(double length, double direction = 0.0) {
+  return {
+      .kind = LabMeasurementKind::kCantilever, .direction = direction, .points = {{length, 0.0}}};
+}
+
+LabMeasurement Tensile(double force, double direction = 0.0) {
+  return {.kind = LabMeasurementKind::kTensile,
+          .direction = direction,
+          .length = 0.2,
+          .width = 0.05,
+          .points = {{force, 0.0}}};
+}
+
+double Reading(const LabMeasurement& test, const MaterialField& material,
+               const std::string& law = "smooth") {
+  StripSimulation strip(test, 0, MakeLaw(law));
+  double reading = NAN;
+  EXPECT_TRUE(strip.Predict(material, &reading, nullptr));
+  return reading;
+}
+
+// A cloth of bending length c, D = ρ·g·c³.
+MaterialField OfBendingLength(double c, double density) {
+  return LinearMaterial(200.0, density * kGravity * c * c * c, density);
+}
+
+class TestedStripOfLaw : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Laws, TestedStripOfLaw, testing::Values("smooth", "reference"));
+
+// The table's D falls as the standard's G: from a reading comes back the bending length.
+TEST_P(TestedStripOfLaw, ACantileverFallsAsAHeavyElastica) {
+  constexpr double kLength = 0.06;
+  EXPECT_NEAR(
+      Reading(Cantilever(kLength), OfBendingLength(kLength / std::cbrt(8.0042), 0.2), GetParam()),
+      41.5, 0.1);
+  for (const double gamma : {0.5, 2.0, 8.0, 20.0, 50.0})
+    for (const double direction : {0.0, 30.0, 45.0, 90.0}) {
+      const double angle = Reading(Cantilever(kLength, direction),
+                                   OfBendingLength(kLength / std::cbrt(gamma), 0.2), GetParam());
+      EXPECT_NEAR(HeavyElasticaGamma(angle * kDegree), gamma, 0.006 * gamma) << direction;
+    }
+}
+
+TEST_P(TestedStripOfLaw, ClothsFromLimpToStiffAreComputed) {
+  for (const double density : {0.06, 0.3})
+    for (const double c : {0.01, 0.03, 0.06}) {
+      const double angle = Reading(Cantilever(2.0 * c), OfBendingLength(c, density), GetParam());
+      EXPECT_NEAR(EstimateBending(2.0 * c, angle, density).length, c, 0.003 * c);
+    }
+}
+
+TEST_P(TestedStripOfLaw, APulledStripOfALinearTableStretchesInClosedForm) {
+  constexpr double k = 100.0, kWidth = 0.05;
+  for (const double direction : {0.0, 90.0})
+    for (const double stretch : {1.002, 1.05, 1.1, 1.2}) {
+      const double load = k * (stretch * stretch - 1.0) * stretch / 2.0;
+      const double computed =
+          Reading(Tensile(load * kWidth, direction), LinearMaterial(k, 1e-6, 0.2), GetParam());
+      EXPECT_NEAR(k * (computed * computed - 1.0) * computed / 2.0, load, 1e-3 * load);
+    }
+}
+
+// A bend table of ratio 2: the strip has within 4 % the rigidity that an unstructured mesh has in
+// its direction.
+TEST(StripSimulation, BendsAlongItsDirection) {
+  MaterialField material = LinearMaterial(200.0, 1.0, 0.2);
+  const double D = 0.2 * kGravity * std::pow(0.03, 3);
+  for (int c = 0; c < kBendCols; ++c) {
+    material.bend[0].b[0][c] = kBendPerRigidity * 0.7 * D;
+    material.bend[0].b[1][c] = kBendPerRigidity * D;
+    material.bend[0].b[2][c] = kBendPerRigidity * 1.4 * D;
+  }
+  for (const double direction : {0.0, 45.0, 90.0, -30.0}) {
+    const double angle = Reading(Cantilever(0.06, direction), material);
+    const double G = EstimateBending(0.06, angle, 0.2).rigidity;
+    EXPECT_NEAR(G / DirectionalRigidity(material.bend[0], direction * kDegree), 1.0, 0.04)
+        << direction;
+  }
+  // A strip along the weft bends by the hinges across it.
+  EXPECT_LT(Reading(Cantilever(0.06, 0.0), material), Reading(Cantilever(0.06, 90.0), material));
+}
+
+TEST(StripSimulation, PullsAlongItsDirection) {
+  MaterialField material = LinearMaterial(100.0, 1e-6, 0.2);
+  for (auto& row : material.stretch[0].c) row[2] *= 2.0;  // warp
+  EXPECT_LT(Reading(Tensile(0.5, 90.0), material), Reading(Tensile(0.5, 0.0), material));
+  EXPECT_DOUBLE_EQ(Reading(Tensile(0.5, 180.0), material), Reading(Tensile(0.5, 0.0), material));
+}
+
+// By five-point differences along a direction in which each entry moves.
+TEST_P(TestedStripOfLaw, TheDerivativeIsExact) {
+  const MaterialField material = test::TestMaterial();
+  const TableParametrisation parametrisation(material, ParameterTying::kEntries);
+  std::mt19937_64 random(1);
+  const Eigen::VectorXd along = test::RandomMatrix(kMaterialEntries, 1, random) / 3.0;
+  const Eigen::VectorXd log_entries =
+      parametrisation.LogEntriesByTheta(Eigen::VectorXd::Zero(kMaterialEntries)) * along;
+  for (const LabMeasurement& test : {Cantilever(0.06, 20.0), Tensile(0.4, 20.0)}) {
+    StripSimulation strip(test, 0, MakeLaw(GetParam()));
+    double reading;
+    Eigen::VectorXd by_log_entry;
+    ASSERT_TRUE(strip.Predict(material, &reading, &by_log_entry));
+    const auto at = [&](double step) {
+      double value = NAN;
+      EXPECT_TRUE(strip.Predict(parametrisation.Material(step * along), &value, nullptr));
+      return value;
+    };
+    double least = 1.0;  // over a sweep: kinks of the reference law above, rounding below
+    for (const double step : {1e-2, 3e-3, 1e-3, 3e-4}) {
+      const double difference =
+          (8 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12 * step);
+      least = std::min(least, std::abs(difference / by_log_entry.dot(log_entries) - 1.0));
+    }
+    EXPECT_LT(least, 1e-6) << ToString(test.kind);
+  }
+}
+
+TEST(StripSimulation, WhatCannotBeComputedIsAStatus) {
+  MaterialField limp = LinearMaterial(200.0, 1e-14, 0.2);
+  StripSimulation strip(Cantilever(0.3), 0, MakeLaw("smooth"));
+  double reading;
+  EXPECT_FALSE(strip.Predict(limp, &reading, nullptr));
+  // And the strip goes on afterwards.
+  EXPECT_TRUE(strip.Predict(OfBendingLength(0.15, 0.2), &reading, nullptr));
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior/posterior_io.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <span>
+#include <string>
+
+#include "solver/fit/effective_stiffness.h"
+#include "solver/posterior/posterior_fit.h"
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/file_fixture.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+PosteriorFit WithTables(ParameterTying tying) {
+  PosteriorFit fit;
+  fit.hierarchy.base = TestMaterial();
+  for (double& entry : std::span(fit.hierarchy.base.stretch[0].entries(), kStretchEntries))
+    entry *= 1.1;  // numbers whose mean is rounded
+  fit.hierarchy.fabric = tying;
+  fit.hierarchy.fabric_sigma = 0.5;
+  const int size = fit.hierarchy.num_latents();
+  fit.distribution.gaussian =
+      FromCovariance(Eigen::VectorXd::Zero(size), 0.1 * Eigen::MatrixXd::Identity(size, size));
+  return fit;
+}
+
+// Only bend is varied; the mean of 400 equal numbers is rounded, which is no uncertainty.
+TEST(PosteriorReport, WhatIsHeldHasNoUncertainty) {
+  for (const ParameterTying tying : {ParameterTying::kBendScale, ParameterTying::kBendRows}) {
+    const PosteriorFit fit = WithTables(tying);
+    const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, EqualStiffnessWeights());
+    EXPECT_EQ(stiffness.stretch_deviation, 0.0);
+    EXPECT_GT(stiffness.bend_deviation, 0.01 * stiffness.bend);
+    const std::string text = PosteriorTable(fit, EqualStiffnessWeights());
+    EXPECT_THAT(text, HasSubstr(" N/m (not varied), bend "));
+    EXPECT_THAT(text, Not(HasSubstr("e-1")));
+  }
+  const PosteriorFit all = WithTables(ParameterTying::kEntries);
+  EXPECT_GT(ComputePosteriorStiffness(all, EqualStiffnessWeights()).stretch_deviation, 0.0);
+  EXPECT_THAT(PosteriorTable(all, EqualStiffnessWeights()), Not(HasSubstr("not varied")));
+}
+
+}  // namespace
+}  // namespace drape::test
+
+namespace drape {
+namespace {
+
+class StoredSamplesTest : public FileFixture {
+ protected:
+  StoredSamplesTest() {
+    stored_.drawn = 3;
+    stored_.images = {{"front", 1e-3, Eigen::Vector3d(0.11, 0.12, 0.13)},
+                      {"back", 2e-3, Eigen::Vector3d(0.1, 0.12, 0.11)}};
+    stored_.samples = {{Eigen::Vector2d(0.1, -1.0 / 3), -1.5, -0.25, Eigen::MatrixXd(3, 2)},
+                       {Eigen::Vector2d(0.2, 0.3), -2.5, -0.75, Eigen::MatrixXd(3, 2)}};
+    stored_.samples[0].radius << 0.111, 0.1, 0.12, 0.12, 0.13, 0.115;
+    stored_.samples[1].radius << 0.11, 0.1, 0.12, 0.12, 0.13, 0.11;
+  }
+  // What Read says of the file with one text for another.
+  void ExpectRefused(const std::string& from, const std::string& to, const std::string& reason) {
+    WriteSamples(Path(""), stored_);
+    std::string text = Read(Path(kSamplesFile));
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    Write(kSamplesFile, text.replace(at, from.size(), to));
+    EXPECT_INPUT_ERROR(ReadSamples(Path(""), 2), reason);
+  }
+  StoredSamples stored_;
+};
+
+TEST_F(StoredSamplesTest, AreReadAsTheyWereWritten) {
+  WriteSamples(Path(""), stored_);
+  const StoredSamples read = ReadSamples(Path(""), 2);
+  EXPECT_EQ(read.drawn, 3);
+  ASSERT_EQ(read.images.size(), 2u);
+  EXPECT_EQ(read.images[1].name, "back");
+  EXPECT_EQ(read.images[1].sigma, 2e-3);
+  EXPECT_EQ(read.images[1].radius, stored_.images[1].radius);
+  ASSERT_EQ(read.samples.size(), 2u);
+  EXPECT_EQ(read.samples[0].log_factors, stored_.samples[0].log_factors);
+  EXPECT_EQ(read.samples[0].radius, stored_.samples[0].radius);
+  EXPECT_EQ(read.samples[1].log_prior, -2.5);
+  EXPECT_EQ(read.samples[1].log_density, -0.75);
+}
+
+// A radius that is a standard deviation off has e^-½ of the density of one that is not.
+TEST_F(StoredSamplesTest, LikelihoodIsNormal) {
+  const Eigen::MatrixXd at_images = stored_.LogLikelihood(stored_.samples[1]);
+  EXPECT_NEAR(at_images(0, 0), -std::log(1e-3 * std::sqrt(2 * M_PI)), 1e-12);
+  EXPECT_NEAR(at_images(2, 1), -std::log(2e-3 * std::sqrt(2 * M_PI)), 1e-12);
+  const Eigen::MatrixXd off = stored_.LogLikelihood(stored_.samples[0]) - at_images;
+  EXPECT_NEAR(off(0, 0), -0.5, 1e-10);
+  EXPECT_NEAR(off(2, 1), -0.5 * 2.5 * 2.5, 1e-10);
+  EXPECT_NEAR(off(1, 0), 0.0, 1e-10);
+}
+
+TEST_F(StoredSamplesTest, OthersAreRefusedByName) {
+  ExpectRefused("drapefit-samples", "drapefit-posterior", "samples of a posterior");
+  ExpectRefused("\"version\": 1", "\"version\": 2", "version");
+  ExpectRefused("\"sigma_m\":0.001", "\"sigma_m\":0", "images[0].sigma_m");
+  ExpectRefused("0.11,0.12,0.13", "0.11,0.12", "images[1].radius_m");
+  ExpectRefused("[0.2,0.3]", "[0.2]", "samples[1].log_factors");
+  ExpectRefused("\"log_prior\":-2.5", "\"log_prior\":null", "samples[1].log_prior");
+  EXPECT_INPUT_ERROR(ReadSamples(Path("none"), 2), "none");
+}
+
+}  // namespace
+}  // namespace drape
