@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_equilibria: its clusters and spread by hand-made samples, its files from the real program.
-#include "tools/programs/equilibria/equilibria_tool.h"
-
 #include <cmath>
 
 #include "physics/cloth/state.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_garment as a user runs it, on a coarse skirt.
-#include "tools/programs/garment/garment_tool.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_predict as a user runs it.
-#include "tools/programs/predict/predict_tool.h"
-
 #include "losses/image/image.h"
 #include "losses/image/segmentation.h"
 #include "physics/material/material_io.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_metrics as a user runs it.
-#include "tools/programs/measure/metrics/metrics_tool.h"
-
 #include <cmath>
 
 #include "tests/losses/image/photograph.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_export as a user runs it.
-#include "tools/programs/results/export/export_tool.h"
-
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
 #include <cmath>

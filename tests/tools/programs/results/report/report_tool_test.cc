@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/results/report/report_tool.h"
-
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
