@@ -35,7 +35,7 @@ void ReadType(std::string type, ListedOption* option) {
     option->type = OptionType::kPath;
   else if (type == "text")
     option->type = OptionType::kText;
-  else if (Contains(type, "|")) {
+  else if (!type.empty() && !Contains(type, " ")) {  // "smooth|reference", or one name alone
     option->type = OptionType::kChoice;
     option->choices = Split(type, '|');
   } else {
@@ -256,7 +256,7 @@ Values MakeChoices(const ListedOption& option) {
   for (const std::string& choice : option.choices) {
     values.push_back({choice});
     values.push_back({choice + " ", true});
-    values.push_back({choice + "," + choice, true});
+    if (!option.is_list) values.push_back({choice + "," + choice, true});
     std::string upper = choice;
     for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     if (upper != choice) values.push_back({upper, true});

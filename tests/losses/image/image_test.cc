@@ -133,7 +133,7 @@ TEST_F(ImageFile, AcceptsStrayBytesBeforeTheEndAlone) {
   stray.insert(stray.end() - 2, {0, 1, 2, 3});
   ExpectSame(Put("stray.jpg", stray), ReadImage(Put("plain.jpg", jpeg)), 0);
   stray = jpeg;
-  stray.insert(stray.begin() + 2, {0, 1, 2, 3});
+  stray.insert(stray.begin() + 20, {0, 1, 2, 3});  // between two segments
   ExpectBad(Put("early.jpg", stray), "truncated or damaged JPEG: Corrupt JPEG data");
 }
 
