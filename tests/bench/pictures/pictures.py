@@ -6,7 +6,7 @@ usage: pictures.py all OUT --half=tuning|kept       the three tasks that follow
        pictures.py make OUT --half=tuning|kept [--each=6] [--kinds=TEXT] [--bin=build/release/bin]
        pictures.py measure OUT --half=tuning|kept [--label=NAME] [--tools=photo,metrics,fit]
            [--kinds=TEXT] [--bin=…]
-       pictures.py table OUT --half=tuning|kept [--label=NAME] [--list]
+       pictures.py table OUT --half=tuning|kept [--label=NAME,NAME] [--list]
        pictures.py sheet OUT --half=tuning|kept
 
 make simulates the drapes and writes the pictures with reference.json; measure writes
@@ -175,28 +175,25 @@ def judge(row, result):
     return 'noted' if result['notes'] else 'silent'
 
 
-def table(out, half, label, listed):
+def table(out, half, labels, listed):
     folder = out / half
     rows = {row['file']: row for row in json.loads((folder / 'reference.json').read_text())}
-    counts, good = {}, collections.Counter()
-    results = json.loads((folder / f'results_{label}.json').read_text())
-    for result in results:
-        row = rows[result['file']]
-        verdict = judge(row, result)
-        line = counts.setdefault(row['kind'], {}).setdefault(result['tool'],
-                                                             collections.Counter())
-        line[verdict] += 1
-        line['all'] += 1
-        line['noted right'] += verdict == 'right' and bool(result['notes'])
-        by_scale = result['tool'] == 'photo' or row['view'] == 'flat'
-        if row['expect'] == 'measure' and by_scale:
-            good[result['tool'], 'all'] += 1
-            close = result['code'] == 0 and abs(result['dc'] - row['dc']) <= 1
-            good[result['tool'], 'close'] += close
-        line['silent by more than a point'] += (
-            verdict == 'silent' and abs(result['dc'] - row['dc']) > 1)
-        if listed and verdict != 'right':
-            print_case(row, result, verdict)
+    counts, good = {}, {}
+    for label in labels:
+        for result in json.loads((folder / f'results_{label}.json').read_text()):
+            row, column = rows[result['file']], (result['tool'], label)
+            verdict = judge(row, result)
+            line = counts.setdefault(row['kind'], {}).setdefault(column, collections.Counter())
+            error = abs(result['dc'] - row['dc']) if result['code'] == 0 else np.inf
+            line.update([verdict, 'all'])
+            line['noted right'] += verdict == 'right' and bool(result['notes'])
+            line['silent, far'] += verdict == 'silent' and error > 1
+            by_scale = result['tool'] == 'photo' or row['view'] == 'flat'
+            if row['expect'] == 'measure' and by_scale:
+                good.setdefault(column, collections.Counter()).update(
+                    ['all', 'close'] if error <= 1 else ['all'])
+            if listed and verdict != 'right':
+                print_case(row, result, verdict)
     print_table(counts, good)
 
 
@@ -209,24 +206,26 @@ def print_case(row, result, verdict):
 
 
 def print_table(counts, good):
-    tools = [tool for tool in TOOLS if any(tool in line for line in counts.values())]
+    columns = sorted({column for line in counts.values() for column in line},
+                     key=lambda column: TOOLS.index(column[0]))
     print('right / off, noted / refused / off, silent (by more than a point)\n')
-    print('| kind | pictures | ' + ' | '.join('drape_' + tool for tool in tools) + ' |')
-    print('|---' * (len(tools) + 2) + '|')
-    total = {tool: collections.Counter() for tool in tools}
-    for kind, by_tool in sorted(counts.items()) + [('all', total)]:
+    print('| kind | pictures | ' + ' | '.join(f'drape_{tool}, {label}' for tool, label in columns)
+          + ' |')
+    print('|---' * (len(columns) + 2) + '|')
+    total = {column: sum((line.get(column, collections.Counter()) for line in counts.values()),
+                         collections.Counter()) for column in columns}
+    for kind, line in [*sorted(counts.items()), ('all', total)]:
         cells = []
-        for tool in tools:
-            line = by_tool[tool]
-            if by_tool is not total:
-                total[tool] += line
-            cells.append(f'{line["right"]} / {line["noted"]} / {line["refused"]} / '
-                         f'{line["silent"]} ({line["silent by more than a point"]})'
-                         + (f' broken {line["broken"]}' if line['broken'] else ''))
-        print(f'| {kind} | {by_tool[tools[0]]["all"]} | ' + ' | '.join(cells) + ' |')
-    for tool in tools:
-        print(f'drape_{tool}: {good[tool, "close"]} of {good[tool, "all"]} good pictures are '
-              f'measured within 1 point; notes on {total[tool]["noted right"]} right ones')
+        for column in columns:
+            n = line.get(column, collections.Counter())
+            cells.append(f'{n["right"]} / {n["noted"]} / {n["refused"]} / {n["silent"]}'
+                         + (f' ({n["silent, far"]})' if n['silent'] else '')
+                         + (f' broken {n["broken"]}' if n['broken'] else ''))
+        print(f'| {kind} | {max(n["all"] for n in line.values())} | ' + ' | '.join(cells) + ' |')
+    for column in columns:
+        print(f'drape_{column[0]}, {column[1]}: {good[column]["close"]} of {good[column]["all"]} '
+              f'good pictures are measured within 1 point; {total[column]["noted right"]} right '
+              'ones have a note')
 
 
 def sheet(out, half):
@@ -263,7 +262,7 @@ def main():
     if given.task in ('measure', 'all'):
         measure(given.out, given.half, given.label, given.tools.split(','), given.kinds, programs)
     if given.task in ('table', 'all'):
-        table(given.out, given.half, given.label, given.list)
+        table(given.out, given.half, given.label.split(','), given.list)
     if given.task == 'sheet':
         sheet(given.out, given.half)
     return 0
