@@ -64,7 +64,7 @@ SettleOptions MakeSettleOptions(const SamplingOptions& sampling, const std::atom
           .equilibrium = {.cancel = cancel}};
 }
 
-std::vector<int> AtRest(const std::vector<DrapeSample>& samples) {
+std::vector<int> RestingSamples(const std::vector<DrapeSample>& samples) {
   std::vector<int> indices;
   for (size_t i = 0; i < samples.size(); ++i) {
     if (samples[i].at_rest) indices.push_back(static_cast<int>(i));
@@ -185,7 +185,7 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
 
 std::vector<BranchCluster> ClusterSamples(const std::vector<DrapeSample>& samples,
                                           BranchMetric metric, double tolerance) {
-  const std::vector<int> at_rest = AtRest(samples);
+  const std::vector<int> at_rest = RestingSamples(samples);
   const auto n = static_cast<Eigen::Index>(at_rest.size());
   Eigen::MatrixXd distance = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -207,7 +207,7 @@ std::vector<BranchCluster> ClusterSamples(const std::vector<DrapeSample>& sample
 }
 
 BranchSpread ComputeSpread(const std::vector<DrapeSample>& samples) {
-  const std::vector<int> at_rest = AtRest(samples);
+  const std::vector<int> at_rest = RestingSamples(samples);
   std::vector<double> dc, folds, rms, mse;
   for (size_t i = 0; i < at_rest.size(); ++i) {
     const DrapeSample& a = samples[at_rest[i]];

@@ -30,13 +30,15 @@ void TryFile(const Campaign& campaign, const FileReader& reader, const BadFile& 
 }  // namespace
 
 void AttackFiles(Campaign* campaign) {
+  const auto readers = MakeFileReaders(campaign->options().work + "/valid/");
   std::vector<Attack> attacks;
-  for (const FileReader& reader : MakeFileReaders(campaign->options().work + "/valid/"))
+  for (const FileReader& reader : readers)
     for (const BadFile& bad : reader.bad)
       for (const std::vector<std::string>& command : reader.commands)
-        attacks.push_back(
-            {reader.name + " of " + command.front() + ": " + bad.name,
-             [=](Sandbox& sandbox) { TryFile(*campaign, reader, bad, command, sandbox); }});
+        attacks.push_back({reader.name + " of " + command.front() + ": " + bad.name,
+                           [campaign, &reader, &bad, &command](Sandbox& sandbox) {
+                             TryFile(*campaign, reader, bad, command, sandbox);
+                           }});
   campaign->Run("files", std::move(attacks), kFewFiles);
 }
 

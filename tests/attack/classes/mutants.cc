@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kFewMutants = 60, kMany = 2500;  // random mutants of a reader
-constexpr std::size_t kFewRules = 60;
+constexpr int kFewMutants = 25, kMany = 2500;  // random mutants of a reader
+constexpr std::size_t kFewRules = 25;
 constexpr double kMutantsSeconds = 60.0;
 
 // The damaged files of a reader, by their number.
@@ -29,10 +29,12 @@ class Damage {
       : reader_(reader), seed_(options.seed), random_(options.thorough ? kMany : kFewMutants) {
     if (!reader.is_json) return;
     const json document = json::parse(reader.content, nullptr, true, true);
-    const test::Tampering all(document, [&](const std::string&, const json& tampered) {
+    const std::size_t all = test::Tampering(document).size();
+    const std::size_t step = options.thorough ? 1 : all / kFewRules + 1;
+    const auto keep = [&](const std::string&, const json& tampered) {
       tampered_.push_back(Seal(tampered));
-    });
-    if (!options.thorough) Thin();
+    };
+    const test::Tampering kept(document, keep, seed_ % step, step);
   }
 
   int size() const { return random_ + static_cast<int>(tampered_.size()); }
@@ -49,13 +51,6 @@ class Damage {
  private:
   std::string Seal(const json& members) const {
     return reader_.seal && members.is_object() ? reader_.seal(members) : members.dump();
-  }
-  void Thin() {
-    std::vector<std::string> kept;
-    const std::size_t step = tampered_.size() / kFewRules + 1;
-    for (std::size_t i = seed_ % step; i < tampered_.size(); i += step)
-      kept.push_back(tampered_[i]);
-    tampered_ = kept;
   }
 
   const Reader& reader_;

@@ -98,14 +98,14 @@ TEST(MeasureImage, NotesWhatIsSlightlyOff) {
   EXPECT_THAT(moved.quality.notes[0], HasSubstr("7.5 px from the centre used"));
 }
 
-constexpr int kAngles = 360;
-constexpr double kTurn = 2 * pi * 25 / kAngles;
+constexpr int kTurns = 360;
+constexpr double kTurn = 2 * pi * 25 / kTurns;
 
 // Folds of one order on a weaker wave that distinguishes left from right.
 Eigen::VectorXd Folded(int folds, double phase) {
-  Eigen::VectorXd r(kAngles);
-  for (int i = 0; i < kAngles; ++i) {
-    const double t = 2 * pi * i / kAngles - phase;
+  Eigen::VectorXd r(kTurns);
+  for (int i = 0; i < kTurns; ++i) {
+    const double t = 2 * pi * i / kTurns - phase;
     r[i] = .11 + .01 * std::cos(folds * t) + .004 * std::sin(2 * t);
   }
   return r;
@@ -148,7 +148,7 @@ TEST(MatchOutlines, FindsTheMirrorImageOnlyWhenAsked) {
 TEST(RefineRotation, FindsARotationBetweenTheAngles) {
   for (const double part : {-0.4, 0.0, 0.3}) {
     for (const bool mirrored : {false, true}) {
-      const double turn = kTurn + part * 2 * pi / kAngles;
+      const double turn = kTurn + part * 2 * pi / kTurns;
       const Eigen::VectorXd a = Folded(5, 1 + turn);
       const Eigen::VectorXd b = mirrored ? Mirror(Folded(5, 1)) : Folded(5, 1);
       const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotationAndMirror);

@@ -27,14 +27,15 @@ class BendCalibrationTest : public testing::Test {
         *backend, [](int) { return TestMaterial(); }, options);
   }
   std::vector<ObservedCapture> Seen(bool with_faces) const {
+    static const std::vector<PredictedDrape> drapes = Draw(77, kTruth);
     std::vector<ObservedCapture> seen;
-    for (PredictedDrape& drape : Draw(77, kTruth))
+    for (const PredictedDrape& drape : drapes)
       if (drape.seen)
         seen.push_back({{.fabric = 1,
                          .sample = 1,
                          .capture = 1,
                          .face = with_faces ? drape.face : ClothFace::kUnknown},
-                        std::move(*drape.seen)});
+                        *drape.seen});
     return seen;
   }
   BendCalibration Calibrate(int threads, const std::vector<ObservedCapture>& training,
@@ -53,7 +54,7 @@ class BendCalibrationTest : public testing::Test {
   const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 100);
   PredictionOptions options_{.faces = {ClothFace::kUp, ClothFace::kDown},
                              .settle = {.steps = {.h = 0.1, .steps = 30}}};
-  CalibrationOptions calibration_{.specimens = 10};
+  CalibrationOptions calibration_{.specimens = 6};
 };
 
 TEST_F(BendCalibrationTest, BringsDrapesOfEachFaceToThoseSeen) {

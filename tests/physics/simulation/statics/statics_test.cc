@@ -238,9 +238,9 @@ TEST_P(StaticsTest, AdjointAgreesWithTangentTo1em9) {
 
 // The decisions of Newton's method on artificial residuals and energies.
 
-constexpr double kRadius = 3e-3;
+constexpr double kFirstRadius = 3e-3;
 const EquilibriumOptions kOptions{
-    .tolerance = 1e-9, .shift = {.first = 25.0, .most = 400.0}, .first_radius = kRadius};
+    .tolerance = 1e-9, .shift = {.first = 25.0, .most = 400.0}, .first_radius = kFirstRadius};
 
 class NewtonControlTest : public testing::Test {
  protected:
@@ -310,24 +310,24 @@ TEST_F(NewtonControlTest, TheShiftStaysWhereItWasRaisedAndDecaysAfterwards) {
 }
 
 TEST_F(NewtonControlTest, AShortenedStepKeepsAShift) {
-  Step(2 * kRadius, 0.9, -1.0);
+  Step(2 * kFirstRadius, 0.9, -1.0);
   EXPECT_EQ(control_.FirstShift(), kOptions.shift.first);
 }
 
 TEST_F(NewtonControlTest, StepsAreShortenedToTheRadius) {
-  EXPECT_EQ(control_.Scale(0.95 * kRadius), 1.0);
-  EXPECT_EQ(control_.Scale(kRadius), 1.0);
-  EXPECT_THAT(control_.Scale(4 * kRadius), DoubleEq(0.25));
+  EXPECT_EQ(control_.Scale(0.95 * kFirstRadius), 1.0);
+  EXPECT_EQ(control_.Scale(kFirstRadius), 1.0);
+  EXPECT_THAT(control_.Scale(4 * kFirstRadius), DoubleEq(0.25));
 }
 
 TEST_F(NewtonControlTest, TheRadiusGrowsAfterShortenedStepsUpToItsMaximum) {
-  Step(0.5 * kRadius, 0.9, -1.0);
-  EXPECT_THAT(Radius(), DoubleEq(kRadius));
+  Step(0.5 * kFirstRadius, 0.9, -1.0);
+  EXPECT_THAT(Radius(), DoubleEq(kFirstRadius));
   control_.Judge(0.8, -2.0);
-  EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * kFirstRadius));
   control_.Judge(0.8, -3.0);
-  Step(0.5 * kRadius, 0.8, -4.0);
-  EXPECT_THAT(Radius(), DoubleEq(1.5 * 1.5 * kRadius));
+  Step(0.5 * kFirstRadius, 0.8, -4.0);
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * 1.5 * kFirstRadius));
   for (int i = 0; i < 10; ++i) Step(1.0, 0.8, -5.0 - i);
   EXPECT_THAT(Radius(), DoubleEq(kOptions.max_radius));
 }
@@ -336,19 +336,19 @@ TEST_F(NewtonControlTest, ALongNonMonotoneRunThatEndsWellKeepsTheRadius) {
   EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
   EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
   EXPECT_EQ(Step(1.0, 0.9, -1.0), NewtonVerdict::kAccept);
-  EXPECT_THAT(Radius(), DoubleEq(kRadius));
+  EXPECT_THAT(Radius(), DoubleEq(kFirstRadius));
   control_.Judge(0.9, 0.0);  // one step above the best energy, then one below
   EXPECT_EQ(Step(1e-4, 0.9, -2.0), NewtonVerdict::kAccept);
-  EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * kFirstRadius));
 }
 
 TEST_F(NewtonControlTest, TheNinthStepAboveTheBestEnergyIsRejected) {
   Step(1e-4, 0.5, -1.0);
   for (int i = 0; i < 8; ++i)
     ASSERT_EQ(Step(1e-4, 0.1, -1.0 + 0.01 * i), NewtonVerdict::kNonMonotone) << i;
-  EXPECT_EQ(Step(0.5 * kRadius, 1e-10, 0.0), NewtonVerdict::kRejectStep);
+  EXPECT_EQ(Step(0.5 * kFirstRadius, 1e-10, 0.0), NewtonVerdict::kRejectStep);
   EXPECT_EQ(control_.Next(), NewtonNext::kStep);  // the best shape is not an equilibrium
-  EXPECT_THAT(Radius(), DoubleEq(0.35 * 0.5 * kRadius));
+  EXPECT_THAT(Radius(), DoubleEq(0.35 * 0.5 * kFirstRadius));
   control_.Judge(0.4, -2.0);
   EXPECT_EQ(control_.steps().back().residual, 0.5);
   EXPECT_EQ(Step(1e-4, 0.5, 0.0), NewtonVerdict::kNonMonotone);  // the count restarts

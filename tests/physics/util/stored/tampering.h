@@ -44,26 +44,30 @@ inline std::string Mutant(std::string text, std::mt19937_64& random) {
 }
 
 // Calls visit(what, tampered) for each member of a document, in turn of another type, negative,
-// missing, with one too many or too few. Of arrays of numbers only the ends are changed.
+// missing, with one too many or too few. Of arrays of numbers only the ends are changed. Each
+// `step`-th is visited, from the one of number `first`; without a visitor they are only counted.
 class Tampering {
  public:
   using Visit = std::function<void(const std::string& what, const nlohmann::json& tampered)>;
 
-  Tampering(nlohmann::json document, Visit visit)
-      : document_(std::move(document)), visit_(std::move(visit)) {
+  explicit Tampering(nlohmann::json document, Visit visit = {}, std::size_t first = 0,
+                     std::size_t step = 1)
+      : document_(std::move(document)), visit_(std::move(visit)), first_(first), step_(step) {
     Walk(nlohmann::json::json_pointer());
   }
+  std::size_t size() const { return size_; }  // without regard to `step`
 
  private:
   using Pointer = nlohmann::json::json_pointer;
 
-  void Try(const Pointer& at, const nlohmann::json& value) const {
+  void Try(const Pointer& at, const nlohmann::json& value) {
+    if (size_++ % step_ != first_ || !visit_) return;
     nlohmann::json tampered = document_;
     tampered[at] = value;
     visit_(at.to_string() + " = " + value.dump().substr(0, 60), tampered);
   }
 
-  void Walk(const Pointer& at) const {
+  void Walk(const Pointer& at) {
     const nlohmann::json value = document_[at];
     if (!at.empty()) {
       for (const nlohmann::json& other : {nlohmann::json(), nlohmann::json("x"),
@@ -77,7 +81,7 @@ class Tampering {
     if (value.is_array()) WalkArray(at, value);
   }
 
-  void WalkObject(const Pointer& at, const nlohmann::json& value) const {
+  void WalkObject(const Pointer& at, const nlohmann::json& value) {
     nlohmann::json more = value;
     more["one_more"] = 1;
     Try(at, more);
@@ -89,7 +93,7 @@ class Tampering {
     }
   }
 
-  void WalkArray(const Pointer& at, const nlohmann::json& value) const {
+  void WalkArray(const Pointer& at, const nlohmann::json& value) {
     if (value.empty()) return;
     nlohmann::json more = value, fewer = value;
     more.push_back(value.back());
@@ -103,6 +107,7 @@ class Tampering {
 
   nlohmann::json document_;
   Visit visit_;
+  std::size_t first_, step_, size_ = 0;
 };
 
 // Without the flush to the disk of WriteFileAtomically, for thousands of files.

@@ -178,13 +178,13 @@ TEST_F(DrapePoolTest, ALearnedFabricDrapesAsItsSamples) {
   const std::string file = testing::TempDir() + "/learned_pool.json";
   std::filesystem::remove(file);
   const LearnedFabric learned = LearnFabric(*backend, seen,
-                                            {.pool = Options(300),
+                                            {.pool = Options(200),
                                              .pool_file = file,
-                                             .round_drapes = 100,
+                                             .round_drapes = 50,
                                              .rounds = 1,
                                              .fit = {.least_effective = 20.0, .resamples = 4}},
                                             {});
-  EXPECT_EQ(learned.simulated, 400);
+  EXPECT_EQ(learned.simulated, 250);
   for (const int face : {0, 1})
     EXPECT_NEAR(learned.fit.best.mean[face][kLogBendingLength],
                 generating.best.mean[face][kLogBendingLength], 0.15)

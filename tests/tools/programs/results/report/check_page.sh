@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Opens a page of drape_report from its file in headless Chromium: it is below 2 MB and has the parts
 # that are named, all of them filled; drapes are drawn, without an error and without a request; dark
-# and light, on a desktop and on a telephone, nothing is cut off, and contrast and labels are as
-# axe-core, the engine of Lighthouse, wants them.
+# on a desktop and light on a telephone, nothing is cut off, and contrast and labels are as axe-core,
+# the engine of Lighthouse, wants them.
 # A line for each fault; exit code 1 with faults, 77 where Chromium or axe-core is not installed.
 # usage: check_page.sh report.html [part ...]
 set -euo pipefail
@@ -56,14 +56,16 @@ if [ -f "$axe" ]; then
       printf '</script>\n'
     done
   } >"$scratch/open.html"
-  for scheme in 0 1; do # dark, light
-    for width in 1280 390; do
-      Open "$scratch/open.html" --window-size=$width,1000 --blink-settings=preferredColorScheme=$scheme
-      sed -n '/<pre id="found">/,/<\/pre>/p' "$scratch/dom" | sed -E 's/^.*<pre id="found">//; s/<\/pre>.*$//' \
-        >"$scratch/found"
+  # Dark on a desktop, light on a telephone.
+  for scheme in 0 1; do
+    Open "$scratch/open.html" --window-size=$([ $scheme = 0 ] && echo 1280 || echo 390),1000 \
+      --blink-settings=preferredColorScheme=$scheme
+    sed -n '/<pre id="found">/,/<\/pre>/p' "$scratch/dom" | sed -E 's/^.*<pre id="found">//; s/<\/pre>.*$//' \
+      >"$scratch/found"
+    {
       grep -qx checked "$scratch/found" || echo "the check did not end"
       grep -vx checked "$scratch/found" || true
-    done >"$scratch/faults_of_scheme"
+    } >"$scratch/faults_of_scheme"
     sed "s/\$/ ($([ $scheme = 0 ] && echo dark || echo light))/" "$scratch/faults_of_scheme" >>"$faults"
   done
 fi

@@ -442,7 +442,7 @@ class ReportInABrowser : public ReportTest {
         {"--mesh=disc:300", "--steps=60", "--out=" + Path("drape"),
          "--start=" + std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json"}));
     run({kFit, "--images=" + Path("drape/silhouette.png"), "--fabric=" + kFabric, "--model=bayes",
-         "--mesh=disc:150", "--coarse_mesh=disc:100", "--initial_stretch=1", "--initial_bend=0.5,1",
+         "--mesh=disc:120", "--coarse_mesh=disc:100", "--initial_stretch=1", "--initial_bend=0.5,1",
          "--initial_lifts=0.5,1", "--candidates_per_round=3,2,1", "--num_parameters=2",
          "--iterations=4,4,6", "--posterior_samples=4", "--posterior_iterations=4",
          "--elbo_samples=25", "--out=" + Path("fit")});

@@ -210,8 +210,8 @@ TEST_F(BenchTool, ADamagedReferenceIsRefused) {
 
 TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
   const ProcessResult result = Bench(
-      {"--work=fit", "--ground_truth=" + kRedWool, "--ground_truth_mesh=disc:160",
-       "--mesh=disc:120", "--relax_time=4", "--solve=static", "--model=homogeneous,bdp",
+      {"--work=fit", "--ground_truth=" + kRedWool, "--ground_truth_mesh=disc:120",
+       "--mesh=disc:100", "--relax_time=4", "--solve=static", "--model=homogeneous,bdp",
        "--draws=2,4", "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json cells = Cells(Path("out"));
