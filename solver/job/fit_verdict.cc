@@ -139,7 +139,7 @@ class SheetWriter {
           Name(warp), Name(warp), [warp](const LinearFabric& f) { return Rigidity(f, warp); },
           true);
     if (Name(warp_first_) == "stiffer")
-      Add("bending_ratio", "bending rigidity B, stiffer over softer", "", iso, log_ratio_,
+      Add("bending_ratio", "ratio of B, stiffer over softer", "", iso, log_ratio_,
           {.one_direction = true, .of_mass = false});
     rows("overall", "overall", OverallRigidity, false);
   }

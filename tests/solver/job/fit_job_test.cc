@@ -78,13 +78,13 @@ class TurnedFitTest : public FitJobTest {
 TEST_F(TurnedFitTest, AMirrorImageOrATurnHasTheSameFit) {
   const Eigen::VectorXd bend = Bend(0, false, "up");
   EXPECT_GT(std::abs(std::log(bend[0] / bend[kBendEntries - 1])), 0.02);  // it tells warp and weft
+  EXPECT_GT(Apart(Bend(1, false, "up"), bend), 0.02);                     // another cloth
   EXPECT_LT(Apart(Bend(0, true, "up"), bend), 1e-6);
   EXPECT_LT(Apart(Bend(1, false, "right"), bend), 1e-6);
   EXPECT_LT(Apart(Bend(3, true, "right"), bend), 1e-6);
-  EXPECT_GT(Apart(Bend(1, false, "up"), bend), 0.02);  // another cloth
   const nlohmann::json image = Summary()["images"][0];
-  EXPECT_LT(image["metrics"]["profile_rms_px"].get<double>(), 2.0);
-  EXPECT_EQ(image["warp_degrees"], 90);
+  EXPECT_LT(image["metrics"]["profile_rms_px"].get<double>(), 2.5);
+  EXPECT_EQ(image["warp_degrees"], 0);
 }
 
 // The drape is written as the image shows it, with the mesh of that cloth.
