@@ -60,7 +60,8 @@ Posterior SamplePosterior(const DrapeFit& fit, int count, uint64_t seed) {
     const LaboratorySheet sheet = MakeFabricSheet({.tables = posterior.fabrics.back(),
                                                    .law = fit.cloth->law,
                                                    .weights = report->stiffness_weights,
-                                                   .density_is_given = report->density_is_given},
+                                                   .density_is_given = report->density_is_given,
+                                                   .directions = report->directions},
                                                   judge_nothing);
     for (std::size_t k = 0; k < sheet.rows.size(); ++k)
       posterior.quantities[k].samples.push_back(sheet.rows[k].value);

@@ -3,7 +3,9 @@
 
 #include <glog/logging.h>
 
+#include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -164,6 +166,29 @@ Camera ReadCamera(const std::string& path) {
   }
   camera.Check(path);
   return camera;
+}
+
+std::optional<int> ParseWarp(const std::string& text, const std::string& where) {
+  if (text == kUnknownWarp) return std::nullopt;
+  if (text == "up") return 90;
+  if (text == "right") return 0;
+  int degrees = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, degrees);
+  if (error != std::errc() || stop != end || std::abs(degrees) > 360)
+    throw InputError(where, "found '" + text +
+                                "', expected up, right, unknown or whole degrees from -360 to 360, "
+                                "counter-clockwise from the right");
+  return (degrees + 360) % 180;
+}
+
+std::string ReadWarp(const std::string& path) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput file(json, path);
+  if (!file.Has("warp")) return kUnknownWarp;
+  const JsonInput warp = file.At("warp");
+  ParseWarp(warp.String(), warp.Name());
+  return warp.String();
 }
 
 nlohmann::ordered_json PhotographJson(const PhotographNotes& notes) {

@@ -125,6 +125,17 @@ nlohmann::ordered_json CameraJson(const Camera& camera);
 // and a value that Camera::Check refuses.
 Camera ReadCamera(const std::string& path);
 
+// Where the warp lies in a picture, as a user says: "up", "right", "unknown", or whole degrees
+// counter-clockwise from the right. Both ends of a thread are alike.
+inline constexpr const char* kWarpDoc =
+    "where the warp lies in the picture: up, right, degrees counter-clockwise from the right, or "
+    "unknown, where results name a stiffer and a softer direction";
+inline constexpr const char* kUnknownWarp = "unknown";
+// Its angle [degrees], 0 … 179; none where it is not known. Throws InputError (prefix `where`).
+std::optional<int> ParseWarp(const std::string& text, const std::string& where = "option 'warp'");
+// The member "warp" of a camera file, as drape_photo writes it; without one kUnknownWarp.
+std::string ReadWarp(const std::string& path);
+
 // The results of drape_photo that accompany a silhouette, beside its camera.
 struct PhotographNotes {
   double coefficient = 0.0;     // estimated drape coefficient

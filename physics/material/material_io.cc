@@ -97,6 +97,15 @@ void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Materia
 }
 
 // Reads one fabric from its object in the file.
+bool KnowsWarp(const JsonInput& input) {
+  if (!input.Has("warp")) return true;
+  ExpectString(input.At("warp"), "unknown");
+  return false;
+}
+std::string WarpText(const Material& material) {
+  return material.warp_known ? "" : "\"warp\": \"unknown\", ";
+}
+
 class EntryReader {
  public:
   EntryReader(const JsonInput& input, const MaterialPolicy& policy)
@@ -120,13 +129,14 @@ class EntryReader {
 
  private:
   void ReadOurs() {
-    input_.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
-                       "stretch", "bend"});
+    input_.ExpectKeys({"format", "version", "name", "units", "source", "convention", "warp",
+                       "density", "stretch", "bend"});
     ExpectString(input_.At("format"), kMaterialFormat);
     if (input_.At("version").Integer() != kVersion) input_.At("version").Fail("1");
     if (input_.Has("units")) ExpectString(input_.At("units"), "SI");
     if (input_.Has("name")) material_.name = input_.At("name").String();
     if (input_.Has("source")) material_.source = input_.At("source").String();
+    material_.warp_known = KnowsWarp(input_);
     const Convention convention = ReadConvention();
     ReadStretch("stretch", StretchFactor(convention));
     ReadBend("bend", BendFactor(convention));
@@ -350,7 +360,7 @@ std::vector<Table> Nearest(const std::vector<Table>& tables, const Eigen::Matrix
 }
 
 Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolicy& policy) {
-  input.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
+  input.ExpectKeys({"format", "version", "name", "units", "source", "convention", "warp", "density",
                     "face_centres", "stretch", "hinge_centres", "bend"});
   if (input.At("version").Integer() != 1) input.At("version").Fail("1");
   if (input.Has("units")) ExpectString(input.At("units"), "SI");
@@ -358,6 +368,7 @@ Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolic
   Material material;
   if (input.Has("name")) material.name = input.At("name").String();
   if (input.Has("source")) material.source = input.At("source").String();
+  material.warp_known = KnowsWarp(input);
   material.source_convention = "mechanical";
   material.field.density = ReadDensity(input.At("density"));
   const Eigen::Matrix2Xd faces = ReadPoints(input.At("face_centres"));
@@ -405,7 +416,8 @@ std::string MaterialText(const Material& material, Convention convention) {
   std::string text = "{\n  \"format\": " + json(kMaterialFormat).dump() + ",\n  \"version\": 1,\n";
   text += "  \"name\": " + json(material.name).dump() + ",\n  \"units\": \"SI\",\n";
   if (!material.source.empty()) text += "  \"source\": " + json(material.source).dump() + ",\n";
-  text += "  \"convention\": " + json(ConventionName(convention)).dump() + ",\n  \"density\": ";
+  text += "  " + WarpText(material) + "\"convention\": " + json(ConventionName(convention)).dump() +
+          ",\n  \"density\": ";
   AppendNumber(text, material.field.density);
   AppendTable(text += ",\n  \"stretch\": ", material.field.stretch[0].c, StretchFactor(convention));
   AppendTable(text += ",\n  \"bend\": ", material.field.bend[0].b, BendFactor(convention));
@@ -422,8 +434,8 @@ void WriteMaterialField(const std::string& path, const Material& material, const
   CHECK_EQ(field.bend.size(), static_cast<std::size_t>(mesh.num_hinges()));
   std::string text = "{\"format\": " + json(kMaterialFieldFormat).dump() +
                      ", \"version\": 1, \"name\": " + json(material.name).dump() +
-                     ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() +
-                     ",\n\"convention\": \"mechanical\", \"density\": ";
+                     ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() + ",\n" +
+                     WarpText(material) + "\"convention\": \"mechanical\", \"density\": ";
   AppendNumber(text, field.density);
   AppendPoints(text += ",\n\"face_centres\": ", FaceCentres(mesh));
   AppendTables(text += ",\n\"stretch\": ", field.stretch, kMembranePerEntry);

@@ -42,6 +42,7 @@ struct Material {
   std::string source_convention = "mechanical";  // or "arcsim": convention of the file
   std::string source = {};                       // a note on the origin, may be empty
   std::vector<std::string> warnings = {};
+  bool warp_known = true;  // false: warp and weft may be exchanged, "warp": "unknown" in the file
 };
 
 // The name of the fabric configs/fabrics/synthetic_shirt.json as of the build, so that programs

@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "physics/cloth/assembly/assembly.h"
@@ -67,10 +68,7 @@ struct Name {
 };
 constexpr Name kStretchNames[] = {
     {"c11_n_per_m", "c11"}, {"c12_n_per_m", "c12"}, {"c22_n_per_m", "c22"}, {"c33_n_per_m", "c33"}};
-constexpr Name kBendNames[] = {{"bend_along_weft_n_m", "bend, edges along weft"},
-                               {"bend_at_45_deg_n_m", "bend, edges at 45 deg"},
-                               {"bend_along_warp_n_m", "bend, edges along warp"}};
-static_assert(std::size(kStretchNames) == kStretchCols && std::size(kBendNames) == kBendRows);
+static_assert(std::size(kStretchNames) == kStretchCols);
 
 double MeanOfEntries(const double* entries, int rows, int cols) {
   double sum = 0.0;
@@ -109,16 +107,28 @@ Eigen::VectorXd SharesInBend(const MaterialField& table, const Eigen::VectorXd& 
   return part / part.sum();
 }
 
+DirectionNames NameDirections(bool warp_known, double bend_warp, double bend_weft) {
+  if (warp_known) return {};
+  if (bend_warp < bend_weft) return {.warp = "softer", .weft = "stiffer"};
+  return {.warp = "stiffer", .weft = "softer"};
+}
+
 std::vector<StiffnessQuantity> ListStiffness(const MaterialField& table,
-                                             const Eigen::VectorXd& weights) {
+                                             const Eigen::VectorXd& weights,
+                                             const DirectionNames& directions) {
   std::vector<StiffnessQuantity> list;
   for (int c = 0; c < kStretchCols; ++c)
     list.push_back(
         {kStretchNames[c].key, kStretchNames[c].text, "N/m", 1.0,
          kMembranePerEntry * MeanOfEntries(&table.stretch[0].c[0][c], kStretchRows, kStretchCols)});
-  for (int r = 0; r < kBendRows; ++r)
-    list.push_back({kBendNames[r].key, kBendNames[r].text, "N m", 1.0,
+  const std::string edges[kBendRows] = {"along " + directions.weft, "at 45 deg",
+                                        "along " + directions.warp};
+  for (int r = 0; r < kBendRows; ++r) {
+    std::string key = "bend_" + edges[r] + "_n_m";
+    std::replace(key.begin(), key.end(), ' ', '_');
+    list.push_back({key, "bend, edges " + edges[r], "N m", 1.0,
                     MeanOfEntries(table.bend[0].b[r], kBendCols, 1) / kBendPerRigidity});
+  }
   const double rigidity = EffectiveBend(table, weights);
   list.push_back({"bend_n_m", "bend, as it drapes", "N m", 1.0, rigidity});
   list.push_back({"bend_over_weight_m3", "  over the weight", "cm3", 1e6,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "physics/cloth/cloth_model.h"
@@ -31,10 +32,18 @@ double EffectiveBend(const MaterialField& table, const Eigen::VectorXd& weights)
 Eigen::VectorXd SharesInStretch(const MaterialField& table, const Eigen::VectorXd& weights);
 Eigen::VectorXd SharesInBend(const MaterialField& table, const Eigen::VectorXd& weights);
 
+// What the two directions of the threads are called.
+struct DirectionNames {
+  std::string warp = "warp", weft = "weft";
+};
+// Warp and weft, or "stiffer" and "softer" by their rigidities where it is not known which is
+// which.
+DirectionNames NameDirections(bool warp_known, double bend_warp, double bend_weft);
+
 // One of the numbers by which a person compares two cloths.
 struct StiffnessQuantity {
-  const char* key;   // of JSON files, with the unit of the value
-  const char* name;  // for a person
+  std::string key;   // of JSON files, with the unit of the value
+  std::string name;  // for a person
   const char* unit;  // in which a person reads scale·value
   double scale;
   double value;
@@ -44,6 +53,7 @@ struct StiffnessQuantity {
 // [MODEL, M7, M8]; then the rigidity as drapes show it, also by weight [m³] and as a bending length
 // [m]. weights: StiffnessWeights, shape [39].
 std::vector<StiffnessQuantity> ListStiffness(const MaterialField& table,
-                                             const Eigen::VectorXd& weights);
+                                             const Eigen::VectorXd& weights,
+                                             const DirectionNames& directions);
 
 }  // namespace drape

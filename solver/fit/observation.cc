@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "losses/dataset/dataset.h"
@@ -13,6 +15,25 @@
 
 namespace drape {
 namespace {
+
+constexpr int kUp = 90, kCircle = 360;  // [degrees]
+
+// Lays the cloth to the outline: with the warp along that of the image, or up, and of the four ways
+// to do so with its longer radii at the larger angles.
+void ChoosePose(int angles, Observation& observation) {
+  const Eigen::VectorXd angle = Eigen::VectorXd::LinSpaced(angles, 0.0, 1.0);
+  const auto lay = [&](const ClothPose& pose) {
+    observation.pose = pose;
+    observation.radius = observation.MeasureRadius(angles).value();  // MeasureImage found it closed
+    return angle.dot(observation.radius);
+  };
+  std::map<double, ClothPose> by_score;
+  const int turn = observation.warp.value_or(kUp) - kUp;
+  for (const int degrees : {turn, turn + kCircle / 2})
+    for (const bool mirrored : {false, true})
+      by_score.emplace(lay({degrees, mirrored}), ClothPose{degrees, mirrored});
+  lay(by_score.rbegin()->second);
+}
 
 Observation MakeObservation(std::string name, std::string file, Silhouette silhouette,
                             const ObservationOptions& options) {
@@ -29,9 +50,10 @@ Observation MakeObservation(std::string name, std::string file, Silhouette silho
                           .quality = std::move(measured.quality),
                           .photograph = {}};
   if (options.camera.gives_camera()) observation.photograph = ReadPhotographNotes(camera_file);
-  const auto radius = observation.MeasureRadius(options.angles);
-  CHECK(radius.has_value());  // MeasureImage found a closed outline
-  observation.radius = *radius;
+  std::string warp = options.warp;
+  if (warp == kUnknownWarp && options.camera.gives_camera()) warp = ReadWarp(camera_file);
+  observation.warp = ParseWarp(warp);
+  ChoosePose(options.angles, observation);
   return observation;
 }
 
@@ -54,13 +76,30 @@ Camera Observation::outline_camera() const {
     const double longer = published.scale / camera.pixels_per_metre();  // the published pinhole
     scaled.field_of_view = 2 * std::atan(std::tan(0.5 * camera.field_of_view) / longer);
   }
+  const Eigen::Vector3d x = InImage(Eigen::Vector3d::UnitX()),
+                        y = InImage(Eigen::Vector3d::UnitY()), eye(camera.eye_x, camera.eye_y, 0.0);
+  scaled.eye_x = x.dot(eye);
+  scaled.eye_y = y.dot(eye);
   return scaled;
+}
+
+Observation Observation::Mirrored() const {
+  Observation mirrored = *this;
+  mirrored.pose.mirrored = !pose.mirrored;
+  mirrored.radius.tail(radius.size() - 1) = radius.tail(radius.size() - 1).reverse();
+  return mirrored;
 }
 
 std::optional<Eigen::VectorXd> Observation::MeasureRadius(int angles) const {
   Outline outline;
-  if (!OutlineFromImage(image, camera, angles, &outline)) return std::nullopt;
-  return outline.radius * (outline_camera().pixels_per_metre() / camera.pixels_per_metre());
+  const int rays = std::lcm(angles, kCircle);  // some of which are at the cloth's angles
+  if (!OutlineFromImage(image, camera, rays, &outline)) return std::nullopt;
+  Eigen::VectorXd radius(angles);
+  for (int k = 0; k < angles; ++k) {
+    const int ray = (pose.mirrored ? -k : k) * (rays / angles) + pose.degrees * (rays / kCircle);
+    radius[k] = outline.radius[(ray % rays + rays) % rays];
+  }
+  return radius * (outline_camera().pixels_per_metre() / camera.pixels_per_metre());
 }
 
 Observation ReadImageObservation(const std::string& file, const ObservationOptions& options) {
@@ -69,7 +108,8 @@ Observation ReadImageObservation(const std::string& file, const ObservationOptio
 }
 
 Observation ReadCaptureObservation(const Capture& capture, ObservationSource source,
-                                   const ObservationOptions& options) {
+                                   ObservationOptions options) {
+  if (options.warp == kUnknownWarp) options.warp = "up";
   const std::string name = "sample_" + std::to_string(capture.sample) + "_capture_" +
                            std::to_string(capture.capture) + "_" + ClothFaceName(capture.face);
   if (source == ObservationSource::kMeshes)

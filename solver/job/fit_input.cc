@@ -63,6 +63,37 @@ std::vector<std::string> ListNotes(const std::vector<Observation>& observations)
   return notes;
 }
 
+// The warp is known in all images or in none; strips have it in their directions. Elements of a
+// field are in one place of the cloth in all images.
+void PrepareWarp(FitModel model, bool with_strips, FitProblem& problem,
+                 std::vector<std::string>* notes) {
+  std::vector<Observation>& observations = problem.observations;
+  if (observations.empty()) return;
+  problem.mirrors = model != FitModel::kHeterogeneous || observations.size() == 1;
+  const Observation first = observations.front();
+  const bool known = first.warp.has_value();
+  for (Observation& observation : observations) {
+    if (observation.warp.has_value() != known)
+      throw InputError(observation.file, std::string("the warp is ") +
+                                             (known ? "not known" : "known") + ", expected as in " +
+                                             first.file);
+    const ClothPose pose = {
+        first.pose.degrees + observation.warp.value_or(0) - first.warp.value_or(0),
+        first.pose.mirrored};
+    if (problem.mirrors || observation.pose == pose) continue;
+    observation.pose = pose;
+    observation.radius = observation.MeasureRadius(int(observation.radius.size())).value();
+  }
+  if (known) return;
+  if (with_strips)
+    throw InputError("option 'warp'",
+                     "found unknown beside lab_tests, whose strips are cut along warp or weft, "
+                     "expected where the warp lies in the images");
+  notes->push_back(
+      "the warp is not known (--warp): results name a stiffer and a softer direction, one of which "
+      "is taken to be up in every image");
+}
+
 std::vector<LabMeasurement> ReadAllMeasurements(const std::vector<std::string>& files) {
   std::vector<LabMeasurement> measurements;
   std::set<std::string> names;
@@ -364,6 +395,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   problem.observations = std::move(fabric.drapes);
   problem.specimens = std::move(fabric.specimens);
   input.notes = ListNotes(problem.observations);
+  PrepareWarp(spec.model, false, problem, &input.notes);
   input.density_is_given = fabric.density > 0.0;
   const auto prepare = [&](MaterialField tables, double density) {
     RequireStartTables(spec, tables);
@@ -401,6 +433,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   CheckNames(input.problem.observations);
   for (std::string& note : ListNotes(input.problem.observations))
     input.notes.push_back(std::move(note));
+  PrepareWarp(spec.model, !measurements.empty(), input.problem, &input.notes);
   input.density_is_given = data.density > 0.0;
   ReadAllStartTables(spec, data, &input);
   NoteDensity(measurements, &input);

@@ -19,6 +19,7 @@
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/prediction/exchange/exchange_record.h"
 
 namespace drape {
 namespace {
@@ -139,7 +140,8 @@ LaboratorySheet MakeSheet(const FitSpec& spec, const FitReport& report, const Ju
   return MakeFabricSheet({.tables = MeanTables(report.material),
                           .law = MakeLaw(spec.law),
                           .weights = report.stiffness_weights,
-                          .density_is_given = report.density_is_given},
+                          .density_is_given = report.density_is_given,
+                          .directions = report.directions},
                          judge);
 }
 
@@ -214,6 +216,10 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
       control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
+  const LinearFabric linear =
+      LineariseInDrape(MeanTables(report.material), MakeLaw(spec.law), report.stiffness_weights);
+  report.directions = NameDirections(problem.observations.front().warp.has_value(),
+                                     linear.bend_warp, linear.bend_weft);
   EstimateFittedStiffness(spec, problem, *best, jacobian, report);
   report.mesh_error = EstimateMeshError(input.problem, spec.stages, state);
   if (problem.fine != input.problem.fine && !control.cancelled())
@@ -342,6 +348,10 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
     of_table.save = store.save;
     fit.state = RunNestedFit(input.problem, stages, std::move(fit.state), of_table);
   }
+  if (const FitCandidate* best = Best(fit.state)) {
+    input.problem.observations = LaidObservations(input.problem, *best);
+    for (FitCandidate& candidate : fit.state.candidates) candidate.mirrored.clear();
+  }
   const RunControl of_rest = SummaryPart(control, table_share, kFitShare, store);
   const FitProblem problem = PartProblem(input.problem, fit.state.parts_done);
   report.fields = FitJobFields(spec, problem, fit.state, of_rest);
@@ -403,6 +413,7 @@ json ToJson(const FitCandidate& candidate) {
   return {{"guess", candidate.guess},
           {"base", ToJson(candidate.base)},
           {"is_carried", candidate.is_carried},
+          {"mirrored", candidate.mirrored},
           {"guess_rms", candidate.guess_rms},
           {"theta", candidate.theta},
           {"shapes", candidate.shapes},
@@ -417,6 +428,7 @@ FitCandidate ToCandidate(const json& stored) {
   FitCandidate candidate{.guess = stored.at("guess"),
                          .base = ToTables(stored.at("base")),
                          .is_carried = stored.at("is_carried"),
+                         .mirrored = stored.at("mirrored"),
                          .guess_rms = stored.at("guess_rms"),
                          .theta = ToVector(stored.at("theta")),
                          .shapes = {},

@@ -42,7 +42,7 @@ const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitSta
 
 // A staged or nested fit on disk. `key` says what is fitted and how (CheckpointKey). A file with
 // the right checksum and key is trusted.
-inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 5};
+inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 6};
 
 // Writes atomically, exact to the last bit. Throws InputError when it cannot.
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);

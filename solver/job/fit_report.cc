@@ -36,7 +36,7 @@ constexpr int kReportedModes = 3;
 bool ReadOutlines(const Mesh& mesh, const Observation& observation, const Eigen::VectorXd& x,
                   Outline* image, Outline* fitted) {
   return OutlineFromImage(observation.image, observation.camera, kReportAngles, image) &&
-         OutlineFromMesh(mesh, x, observation.camera, kReportAngles, fitted);
+         OutlineFromMesh(mesh, observation.InImage(x), observation.camera, kReportAngles, fitted);
 }
 
 bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x,
@@ -44,9 +44,10 @@ bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x
   constexpr int kSupersample = 4;
   Outline image, fitted;
   if (!ReadOutlines(mesh, observation, x, &image, &fitted)) return false;
-  drape->metrics = CompareSilhouettes(observation.image, image.radius,
-                                      Rasterize(mesh, x, observation.camera, kSupersample),
-                                      fitted.radius, observation.camera, observation.discs);
+  drape->metrics =
+      CompareSilhouettes(observation.image, image.radius,
+                         Rasterize(mesh, observation.InImage(x), observation.camera, kSupersample),
+                         fitted.radius, observation.camera, observation.discs);
   // The drape coefficient of a photograph is that of the drape's vertical projection.
   const Camera above;
   if (observation.camera.kind == CameraKind::kPinhole &&
@@ -154,14 +155,15 @@ std::string FieldTable(const FieldFit& fit) {
 // the membrane stiffness (mean of c11 and c22), on hinges the plate rigidity, and the posterior
 // over the prior standard deviation of the log factors (1 where the image contains no information).
 // A hinge is two vertices and two faces.
-void WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
+void WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit, bool warp_known,
                  const std::string& source) {
   WriteMaterialField(folder + "/material.json",
                      {.name = "fit",
                       .field = fit.material,
                       .source_convention = "mechanical",
                       .source = source,
-                      .warnings = {}},
+                      .warnings = {},
+                      .warp_known = warp_known},
                      mesh);
   ordered_json json = {{"stretch_n_per_m", StretchOfFaces(fit.material)},
                        {"bend_n_m", BendOfHinges(fit.material)},
@@ -179,21 +181,25 @@ ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
 }
 
 ordered_json ImageJson(const Observation& observation, const DrapeReport& drape, double lift) {
-  ordered_json json = {{"file", observation.file},
-                       {"name", observation.name},
-                       {"metrics", MetricsJson(drape.fitted.metrics)},
-                       {"settled",
-                        {{"metrics", MetricsJson(drape.settled.metrics)},
-                         {"status", ToString(drape.status)},
-                         {"drift_m", drape.drift}}},
-                       {"from_initial_guess", ReplayJson(drape.from_guess)},
-                       {"from_flat", ReplayJson(drape.from_flat)},
-                       {"force_residual", drape.force_residual},
-                       {"stability", StabilityJson(drape.lowest_eigenvalues)},
-                       {"self_intersections", drape.self_intersections},
-                       {"camera", CameraJson(observation.camera)},
-                       {"quality", QualityJson(observation.quality)},
-                       {"initial_lift", lift}};
+  ordered_json json = {
+      {"file", observation.file},
+      {"name", observation.name},
+      {"metrics", MetricsJson(drape.fitted.metrics)},
+      {"settled",
+       {{"metrics", MetricsJson(drape.settled.metrics)},
+        {"status", ToString(drape.status)},
+        {"drift_m", drape.drift}}},
+      {"from_initial_guess", ReplayJson(drape.from_guess)},
+      {"from_flat", ReplayJson(drape.from_flat)},
+      {"force_residual", drape.force_residual},
+      {"stability", StabilityJson(drape.lowest_eigenvalues)},
+      {"self_intersections", drape.self_intersections},
+      {"camera", CameraJson(observation.camera)},
+      {"warp_degrees", observation.warp ? ordered_json(*observation.warp) : nullptr},
+      {"cloth_turned_degrees", observation.pose.degrees},
+      {"cloth_mirrored", observation.pose.mirrored},
+      {"quality", QualityJson(observation.quality)},
+      {"initial_lift", lift}};
   if (observation.photograph) json["photograph"] = PhotographJson(*observation.photograph);
   return json;
 }
@@ -243,11 +249,11 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
 ordered_json StiffnessJson(const FitReport& report) {
   ordered_json json;
   for (const StiffnessQuantity& quantity :
-       ListStiffness(MeanTables(report.material), report.stiffness_weights))
+       ListStiffness(MeanTables(report.material), report.stiffness_weights, report.directions))
     json[quantity.key]["fitted"] = quantity.value;
   if (report.ground_truth == nullptr) return json;
   for (const StiffnessQuantity& quantity :
-       ListStiffness(*report.ground_truth, report.stiffness_weights))
+       ListStiffness(*report.ground_truth, report.stiffness_weights, report.directions))
     json[quantity.key]["reference"] = quantity.value;
   return json;
 }
@@ -358,7 +364,8 @@ ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) 
 // The rows of a sheet that fit on a screen.
 std::string ShortSheet(const LaboratorySheet& sheet) {
   return SheetText(sheet, {"dc_percent", "nodes", "node_severity", "drape_distance_ratio_percent",
-                           "bending_warp_un_m", "bending_weft_un_m", "bending_overall_un_m",
+                           "bending_warp_un_m", "bending_weft_un_m", "bending_stiffer_un_m",
+                           "bending_softer_un_m", "bending_ratio", "bending_overall_un_m",
                            "bending_length_overall_cm", "shear_n_per_m"});
 }
 
@@ -377,6 +384,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   json.update(
       {{"model", ToString(spec.model)}, {"verdict", VerdictJson(report)}, {"notes", report.notes}});
   if (report.fitted()) {
+    json["directions"] = {report.directions.warp, report.directions.weft};
     json["stiffness"] = StiffnessJson(report);
     json["bending"] = BendingJson(report);
     json["laboratory"] = LaboratoryJson(problem, report);
@@ -415,15 +423,17 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
 
 // The means of one table of each kind, beside the tables that the images were made with, if given:
 // "c11  fitted [reference  ratio]".
-std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference,
-                          const Eigen::VectorXd& weights) {
+std::string MaterialTable(const FitReport& report) {
+  const MaterialField* reference = report.ground_truth;
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
                              reference == nullptr ? "" : "  reference  ratio");
   std::vector<StiffnessQuantity> exact;
-  if (reference != nullptr) exact = ListStiffness(*reference, weights);
-  const std::vector<StiffnessQuantity> found = ListStiffness(fitted, weights);
+  if (reference != nullptr)
+    exact = ListStiffness(*reference, report.stiffness_weights, report.directions);
+  const std::vector<StiffnessQuantity> found =
+      ListStiffness(MeanTables(report.material), report.stiffness_weights, report.directions);
   for (std::size_t i = 0; i < found.size(); ++i) {
-    table += Format("  %-22s %10.4g", found[i].name, found[i].scale * found[i].value);
+    table += Format("  %-22s %10.4g", found[i].name.c_str(), found[i].scale * found[i].value);
     if (reference != nullptr)
       table +=
           Format(" %10.4g %6.2f", exact[i].scale * exact[i].value, found[i].value / exact[i].value);
@@ -449,8 +459,15 @@ std::string ImageTable(const FitProblem& problem, const FitReport& report) {
   return table;
 }
 
-// The names of the files of a fitted drape: a picture of the outlines, the mesh, and its state as a
-// start for other programs.
+// The faces and material coordinates of the mirror image of a mesh, for WriteObj.
+Mesh MirrorImage(Mesh mesh) {
+  mesh.uv.row(1) *= -1.0;
+  for (Face& face : mesh.faces) std::swap(face.vertex[1], face.vertex[2]);
+  return mesh;
+}
+
+// The names of the files of a fitted drape: a picture of the outlines, the mesh as the image shows
+// it, and its state on the mesh of the fit as a start for other programs.
 std::vector<std::string> ListDrapeFiles(const Observation& observation) {
   return {"fit_" + observation.name + ".png", "drape_" + observation.name + ".obj",
           "start_" + observation.name + ".json"};
@@ -468,7 +485,8 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
                            observation.discs),
              folder + "/" + files[0]);
   }
-  WriteObj(folder + "/" + files[1], mesh, SeenFromNominalCamera(drape.fitted.x, observation.camera),
+  WriteObj(folder + "/" + files[1], observation.pose.mirrored ? MirrorImage(mesh) : mesh,
+           SeenFromNominalCamera(observation.InImage(drape.fitted.x), observation.camera),
            observation.discs);
   WriteState(folder + "/" + files[2],
              {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
@@ -496,10 +514,10 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
   report->from_flat = MeasureSettled(
       model.mesh, observation, std::move(Settle(backend, material, {&flat, 1}, replay).front()),
       replay.solve_mode);
-  if (const auto radius = observation.MeasureRadius(kReportAngles))
+  Outline outline;
+  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &outline))
     report->laboratory = MeasureLaboratoryDrape(
-        VerticalProfile(*radius, observation.outline_camera(), observation.discs),
-        observation.discs);
+        VerticalProfile(outline.radius, observation.camera, observation.discs), observation.discs);
   return Measure(model.mesh, observation, x, &report->fitted) &&
          Measure(model.mesh, observation, nudged.x, &report->settled);
 }
@@ -517,17 +535,22 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
                                            .field = table,
                                            .source_convention = "mechanical",
                                            .source = "drape_fit, model homogeneous" + source,
-                                           .warnings = {}});
+                                           .warnings = {},
+                                           .warp_known = report.warp_known()});
   };
   if (report.fields || report.posterior)
     write_table("material_homogeneous.json", FittedMaterial(spec.stages, *Best(state)));
-  if (report.posterior)
-    WritePosterior(files.out, MakeStoredPosterior(*report.posterior),
+  if (report.posterior) {
+    StoredPosterior posterior = MakeStoredPosterior(*report.posterior);
+    posterior.warp_known = report.warp_known();
+    WritePosterior(files.out, posterior,
                    std::string("drape_fit, model ") + ToString(spec.model) + source);
+  }
   if (report.posterior && report.posterior->samples)
     WriteSamples(files.out, *report.posterior->samples);
   if (report.fields) {
-    WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
+    WriteFields(files.out, *mesh, *report.fields, report.warp_known(),
+                "drape_fit, model heterogeneous" + source);
   } else if (report.fitted()) {
     write_table("material.json", report.material);
   }
@@ -557,8 +580,7 @@ std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& r
 }
 
 std::string FitText(const FitProblem& problem, const FitReport& report) {
-  return ImageTable(problem, report) + StripTable(report.strips) +
-         MaterialTable(MeanTables(report.material), report.ground_truth, report.stiffness_weights) +
+  return ImageTable(problem, report) + StripTable(report.strips) + MaterialTable(report) +
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior, report.stiffness_weights) : "") +
          LaboratoryText(problem, report) +

@@ -77,6 +77,7 @@ struct FitReport {
   std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
   std::optional<LaboratorySheet> fabric_sheet;  // of `material`
   std::optional<MeshError> mesh_error;          // of its one table; none for a fit on one mesh
+  DirectionNames directions;
   bool density_is_given = false;                // else it is that of the start tables
   const MaterialField* ground_truth = nullptr;  // that the images were made with, if known
   FitVerdict verdict;
@@ -85,6 +86,7 @@ struct FitReport {
   bool cancelled = false;
 
   bool fitted() const { return !material.stretch.empty(); }
+  bool warp_known() const { return directions.warp == "warp"; }
 };
 
 // `problem`: of the whole fit, whose last part `state` is at.

@@ -42,13 +42,11 @@ using Quantity = std::function<double(const LinearFabric&)>;
 class SheetWriter {
  public:
   SheetWriter(const FabricSheetInput& input, const Judgement& judge)
-      : input_(input), judge_(judge), fabric_(Linearise(input.tables)) {
-    const std::optional<KnownTo> ratio = judge(
-        [this](const MaterialField& tables) {
-          const LinearFabric fabric = Linearise(tables);
-          return std::log(fabric.bend_warp / fabric.bend_weft);
-        },
-        Resistance::kBending);
+      : input_(input),
+        judge_(judge),
+        fabric_(Linearise(input.tables)),
+        warp_first_(input.directions.warp != "softer") {
+    const std::optional<KnownTo> ratio = judge(log_ratio_, Resistance::kBending);
     ratio_varies_ = ratio.has_value();
     ratio_determined_ = ratio && ratio->determined;
   }
@@ -57,7 +55,7 @@ class SheetWriter {
     AddMass();
     AddBending();
     AddShear();
-    for (const bool warp : {true, false}) AddExtensions(warp);
+    for (const bool warp : {warp_first_, !warp_first_}) AddExtensions(warp);
     return {"Material, as laboratories report it", std::move(rows_)};
   }
 
@@ -68,6 +66,10 @@ class SheetWriter {
 
   LinearFabric Linearise(const MaterialField& tables) const {
     return LineariseInDrape(tables, input_.law, input_.weights);
+  }
+
+  const std::string& Name(bool warp) const {
+    return warp ? input_.directions.warp : input_.directions.weft;
   }
 
   void AddMass() {
@@ -132,10 +134,13 @@ class SheetWriter {
           Quantity([=](const LinearFabric& f) { return KesBending(rigidity(f)); }),
           {.one_direction = one_direction});
     };
-    rows(
-        "warp", "warp", [](const LinearFabric& f) { return Rigidity(f, true); }, true);
-    rows(
-        "weft", "weft", [](const LinearFabric& f) { return Rigidity(f, false); }, true);
+    for (const bool warp : {warp_first_, !warp_first_})
+      rows(
+          Name(warp), Name(warp), [warp](const LinearFabric& f) { return Rigidity(f, warp); },
+          true);
+    if (Name(warp_first_) == "stiffer")
+      Add("bending_ratio", "ratio of B, stiffer over softer", "", iso, log_ratio_,
+          {.one_direction = true, .of_mass = false});
     rows("overall", "overall", OverallRigidity, false);
   }
 
@@ -156,7 +161,7 @@ class SheetWriter {
   }
 
   void AddExtensions(bool warp) {
-    const std::string direction = warp ? ", warp" : ", weft", end = warp ? "_warp" : "_weft";
+    const std::string direction = ", " + Name(warp), end = "_" + Name(warp);
     const auto extension = [&](const std::string& key, const std::string& name,
                                const char* standard, double force, double reads_up_to) {
       Add((key + end + "_percent").c_str(), name + direction, "%", standard,
@@ -182,6 +187,11 @@ class SheetWriter {
   const FabricSheetInput& input_;
   const Judgement& judge_;
   const LinearFabric fabric_;
+  const bool warp_first_;  // in the order of rows, and over the other in the ratio
+  const LogQuantity log_ratio_ = [this](const MaterialField& tables) {
+    const LinearFabric fabric = Linearise(tables);
+    return std::log(Rigidity(fabric, warp_first_) / Rigidity(fabric, !warp_first_));
+  };
   bool ratio_varies_ = false, ratio_determined_ = false;
   std::vector<LaboratoryRow> rows_;
 };

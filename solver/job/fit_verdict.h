@@ -12,6 +12,7 @@
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/posterior/posterior_io.h"
 
 namespace drape {
@@ -45,12 +46,14 @@ struct FabricSheetInput {
   Law law;
   Eigen::VectorXd weights;  // StiffnessWeights of the fitted drapes, shape [39]
   bool density_is_given = false;
+  DirectionNames directions = {};
 };
 // Rigidities are those in the drapes (LineariseInDrape); stretching and shear are those at zero
 // strain, of a strip that is free to contract, and extensions are taken as linear, up to the
 // largest that the instrument reads. "measured" is a bending rigidity or length of one direction
 // only if the data also determine the ratio of the two. Of a fabric whose weight is not known the
-// bending lengths are measured, and the rigidities as far as the assumed weight is right.
+// bending lengths are measured, and the rigidities as far as the assumed weight is right. Where the
+// directions are a stiffer and a softer one, a row has the ratio of their rigidities.
 LaboratorySheet MakeFabricSheet(const FabricSheetInput& input, const Judgement& judge);
 
 struct FitProblem;

@@ -164,7 +164,8 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
                                        .field = posterior.base,
                                        .source_convention = "mechanical",
                                        .source = source,
-                                       .warnings = {}});
+                                       .warnings = {},
+                                       .warp_known = posterior.warp_known});
   WriteFileAtomically(folder + kFile, file.dump(1) + "\n");
 }
 
@@ -194,7 +195,9 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
     if (input.Has("fabric_prior"))
       posterior.fabric_prior = ReadCovariance(input.At("fabric_prior"), posterior.num_fabric());
   }
-  posterior.base = ReadMaterial(folder + "/" + kBase, policy).field;
+  Material base = ReadMaterial(folder + "/" + kBase, policy);
+  posterior.base = std::move(base.field);
+  posterior.warp_known = base.warp_known;
   return posterior;
 }
 

@@ -36,6 +36,7 @@ struct StoredPosterior {
   ParameterTying fabric = ParameterTying::kEntries;  // kElements: kEntries
   int specimens = 0;                                 // with numbers of their own
   MaterialField base;                                // one table
+  bool warp_known = true;                            // Material::warp_known of it
   Eigen::VectorXd prior_sd;                          // of the log factors in the prior, shape [P]
   Eigen::VectorXd mean;                              // shape [P]
   Eigen::MatrixXd covariance;                        // kHierarchy, shape [P, P]; kElements: empty
@@ -69,7 +70,8 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
 //   {"format": "drapefit-samples", "version": 1, "drawn": 100,
 //    "images": [{"name", "sigma_m", "radius_m" [K]}],
 //    "samples": [{"log_factors" [P], "log_prior", "log_density", "radius_m" [I][K]}]}.
-// An outline r(θ) is that in the image, at the scale of the support plane.
+// An outline r(θ) is that in the image, in the frame of the cloth, at the scale of the support
+// plane.
 struct StoredSamples {
   struct Image {
     std::string name;

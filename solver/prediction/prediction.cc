@@ -337,6 +337,7 @@ FabricSource ReadFabric(const std::string& path, const MaterialPolicy& policy, c
   fabric.posterior = ReadPosterior(path, policy);
   fabric.kind = ToString(fabric.posterior->kind);
   fabric.material.field = MedianTables(*fabric.posterior);
+  fabric.material.warp_known = fabric.posterior->warp_known;
   const fs::path folder = fs::weakly_canonical(path);
   fabric.material.name =
       (folder.has_filename() ? folder : folder.parent_path()).filename().string();

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "losses/outline/outline.h"
 #include "losses/silhouette/silhouette.h"
@@ -53,6 +54,18 @@ inline Observation MakeObservation(const Mesh& mesh, const State& drape, int ang
   EXPECT_TRUE(OutlineFromImage(observation.image, observation.camera, angles, &outline));
   observation.radius = outline.radius;
   return observation;
+}
+
+// A square image, mirrored left to right if asked for, and then turned counter-clockwise.
+inline GrayImage QuarterTurned(const GrayImage& image, int quarters, bool mirrored) {
+  GrayImage turned = image;
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      int c = column, r = row;
+      for (int i = 0; i < quarters; ++i) c = std::exchange(r, c), c = image.width - 1 - c;
+      turned.at(column, row) = image.at(mirrored ? image.width - 1 - c : c, r);
+    }
+  return turned;
 }
 
 // Residuals in pixels that reject no step for its length and follow drapes closely.

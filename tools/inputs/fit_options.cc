@@ -97,8 +97,9 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "specimen", "image_width_mm", "lab_tests", "fabric", "density", "model",
-                 "mesh", "accuracy", "num_parameters", "threads", "backend", "out", "resume"},
+      .common = {"images", "specimen", "image_width_mm", "warp", "lab_tests", "fabric", "density",
+                 "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
+                 "resume"},
       .given = &options.accuracy.given};
 }
 
@@ -113,6 +114,7 @@ void CheckRounds(const StagedFitOptions& stages) {
 
 FitSpec MakeFitSpec(const FitToolOptions& options) {
   FitSpec spec = options.spec;
+  ParseWarp(spec.observation.warp);
   CheckRounds(spec.stages);
   if (spec.posterior.draws % 2 != 0) {
     throw InputError("option 'posterior_samples'",

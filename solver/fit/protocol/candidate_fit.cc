@@ -54,12 +54,12 @@ void CandidateFitter::Log(CandidateTask& task, const char* format, auto... value
                      Format(format, values...));
 }
 
-// The drape of observation i from its start shape under a material; empty when it is not stable.
-Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material, int i, double lift,
+// The drape of an observation from its start shape under a material; empty when it is not stable.
+Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material,
+                                             const Observation& observation, double lift,
                                              CandidateTask& task) const {
   const SettleOptions settle = CancellableSettle();
   ++task.counts.rollouts;
-  const Observation& observation = problem_.observations[i];
   SettledDrape drape = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
                                     observation, settle);
   if (drape.IsUsable(settle.solve_mode)) return std::move(drape.rest.x);
@@ -69,6 +69,23 @@ Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material, int 
   return {};
 }
 
+double CandidateFitter::SettleBest(const MaterialField& material, int i, double lift, double most,
+                                   CandidateTask& task) const {
+  task.candidate.mirrored.resize(problem_.observations.size());
+  for (const bool mirrored : {false, true}) {
+    if (Cancelled() || (mirrored && !problem_.mirrors)) break;
+    const Observation& observation = problem_.observations[i];
+    const Observation seen = mirrored ? observation.Mirrored() : observation;
+    Eigen::VectorXd x = SettleStart(material, seen, lift, task);
+    const double rms = ComputeProfileRms(seen, x).value_or(kNoDrape);
+    if (!(rms < most)) continue;
+    most = rms;
+    task.candidate.mirrored[i] = mirrored;
+    task.candidate.shapes[i] = std::move(x);
+  }
+  return most;
+}
+
 SettleOptions CandidateFitter::CancellableSettle() const {
   SettleOptions settle = MakeSettleOptions(options_);
   settle.steps.cancel = settle.equilibrium.cancel = cancel_;
@@ -76,16 +93,17 @@ SettleOptions CandidateFitter::CancellableSettle() const {
 }
 
 // Returns nothing where there is no drape or no outline.
-std::optional<double> CandidateFitter::ComputeProfileRms(int i, const Eigen::VectorXd& x) const {
+std::optional<double> CandidateFitter::ComputeProfileRms(const Observation& observation,
+                                                         const Eigen::VectorXd& x) const {
   if (x.size() == 0) return std::nullopt;
-  return OutlineRms(fine_.model().mesh, x, problem_.observations[i]);
+  return OutlineRms(fine_.model().mesh, x, observation);
 }
 
-std::vector<double> CandidateFitter::ListProfileRms(
-    const std::vector<Eigen::VectorXd>& shapes) const {
+std::vector<double> CandidateFitter::ListProfileRms(const FitCandidate& candidate) const {
+  const std::vector<Observation> observations = LaidObservations(problem_, candidate);
   std::vector<double> errors;
-  for (int i = 0; i < int(shapes.size()); ++i) {
-    const std::optional<double> rms = ComputeProfileRms(i, shapes[i]);
+  for (std::size_t i = 0; i < candidate.shapes.size(); ++i) {
+    const std::optional<double> rms = ComputeProfileRms(observations[i], candidate.shapes[i]);
     if (!rms) return {};
     errors.push_back(*rms);
   }
@@ -96,17 +114,13 @@ void CandidateFitter::SettleGuess(CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
   candidate.base = GuessTables(ListStartTables(problem_), candidate.guess);
   candidate.theta = Eigen::VectorXd::Zero(Parametrisation(candidate).size());
-  const MaterialField& material = candidate.base;
-  std::vector<Eigen::VectorXd> shapes;
+  candidate.shapes.resize(problem_.observations.size());
   std::vector<double> errors;
-  for (int i = 0; i < int(problem_.observations.size()); ++i) {
-    shapes.push_back(SettleStart(material, i, candidate.guess.lifts[i], task));
-    const std::optional<double> rms = ComputeProfileRms(i, shapes.back());
-    if (!rms) return;
-    errors.push_back(*rms);
-  }
-  candidate.guess_rms = RootMeanSquare(errors);
-  candidate.shapes = std::move(shapes);
+  for (int i = 0; i < int(problem_.observations.size()); ++i)
+    errors.push_back(SettleBest(candidate.base, i, candidate.guess.lifts[i], kNoDrape, task));
+  const double rms = RootMeanSquare(errors);
+  if (rms == kNoDrape) return candidate.shapes.clear();
+  candidate.guess_rms = rms;
 }
 
 void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
@@ -121,7 +135,7 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
        stretch *= kSoftening) {
     candidate.base = Scaled(base, stretch, 1.0);
     SettleCarried(starts, task);
-    errors = ListProfileRms(candidate.shapes);
+    errors = ListProfileRms(candidate);
     if (!errors.empty() && stretch < 1.0) Log(task, "its stretch is scaled by %g", stretch);
   }
   const std::optional<double> cost =
@@ -140,8 +154,9 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
 void CandidateFitter::SettleCarried(const std::vector<State>& starts, CandidateTask& task) const {
   const MaterialField material = FittedMaterial(options_, task.candidate);
   const SettleOptions settle = CancellableSettle();
+  const std::vector<Observation> observations = LaidObservations(problem_, task.candidate);
   for (int i = 0; i < int(starts.size()); ++i) {
-    SettledDrape drape = SettleGuided(fine_, material, starts[i], problem_.observations[i], settle);
+    SettledDrape drape = SettleGuided(fine_, material, starts[i], observations[i], settle);
     ++task.counts.rollouts;
     const bool usable = drape.IsUsable(settle.solve_mode);
     task.candidate.shapes[i] = usable ? std::move(drape.rest.x) : Eigen::VectorXd();
@@ -156,22 +171,21 @@ void CandidateFitter::RetryGuesses(CandidateTask& task) const {
 
 void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
                                    CandidateTask& task) const {
-  FitCandidate& candidate = task.candidate;
-  double best = ComputeProfileRms(i, candidate.shapes[i]).value_or(kNoDrape);
+  double best =
+      ComputeProfileRms(LaidObservations(problem_, task.candidate)[i], task.candidate.shapes[i])
+          .value_or(kNoDrape);
   for (const double lift : options_.grid.lifts) {
-    if (Cancelled()) return;
-    Eigen::VectorXd x = SettleStart(material, i, lift, task);
-    const std::optional<double> rms = ComputeProfileRms(i, x);
-    if (!rms || *rms > kRetryGain * best) continue;
-    Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, *rms);
-    best = *rms;
-    candidate.shapes[i] = std::move(x);
+    const double most = kRetryGain * best, rms = SettleBest(material, i, lift, most, task);
+    if (rms == most) continue;
+    Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, rms);
+    best = rms;
   }
 }
 
 void CandidateFitter::Fit(CandidateTask& task, const std::function<void(double)>& progress) const {
   const TableParametrisation parametrisation = Parametrisation(task.candidate);
-  OutlineResiduals outlines = Outlines(parametrisation, task.candidate);
+  const std::vector<Observation> observations = LaidObservations(problem_, task.candidate);
+  OutlineResiduals outlines = Outlines(parametrisation, observations, task.candidate);
   FitOptions fit_options = MakeFitOptions();
   fit_options.trust_region.progress = [&](const FitIteration& iteration) {
     progress(iteration.iteration / std::max(1.0, double(fit_options.trust_region.max_iterations)));
@@ -196,7 +210,7 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   candidate.termination = summary.termination;
   candidate.iterations += static_cast<int>(summary.iterations.size()) - 1;
   for (int i = 0; i < int(drapes.size()); ++i) candidate.shapes[i] = drapes[i].x;
-  candidate.profile_rms = RootMeanSquare(ListProfileRms(candidate.shapes));
+  candidate.profile_rms = RootMeanSquare(ListProfileRms(candidate));
   Log(task,
       "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
       candidate.is_carried ? "from the part before, " : "", candidate.guess.stretch,
@@ -207,7 +221,8 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
 
 Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
   const TableParametrisation parametrisation = Parametrisation(candidate);
-  OutlineResiduals outlines = Outlines(parametrisation, candidate);
+  const std::vector<Observation> observations = LaidObservations(problem_, candidate);
+  OutlineResiduals outlines = Outlines(parametrisation, observations, candidate);
   outlines.PrepareForEvaluation(true, true);
   if (problem_.strips == nullptr || !outlines.has_accepted()) return outlines.accepted().jacobian;
   Eigen::VectorXd residual;
@@ -224,9 +239,10 @@ TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& candid
 }
 
 OutlineResiduals CandidateFitter::Outlines(const TableParametrisation& parametrisation,
+                                           const std::vector<Observation>& observations,
                                            const FitCandidate& candidate) const {
-  OutlineResiduals outlines(&fine_, &parametrisation, &problem_.observations,
-                            AtRest(candidate.shapes), MakeResidualOptions());
+  OutlineResiduals outlines(&fine_, &parametrisation, &observations, AtRest(candidate.shapes),
+                            MakeResidualOptions());
   Eigen::Map<Eigen::VectorXd>(outlines.theta(), candidate.theta.size()) = candidate.theta;
   return outlines;
 }

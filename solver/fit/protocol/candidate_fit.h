@@ -48,16 +48,22 @@ class CandidateFitter {
  private:
   bool Cancelled() const { return cancel_ != nullptr && cancel_->load(); }
   void Log(CandidateTask& task, const char* format, auto... values) const;
-  Eigen::VectorXd SettleStart(const MaterialField& material, int i, double lift,
-                              CandidateTask& task) const;
+  Eigen::VectorXd SettleStart(const MaterialField& material, const Observation& observation,
+                              double lift, CandidateTask& task) const;
+  // Settles a start shape on the cloth and on its mirror image, and takes the drape whose misfit is
+  // below `most` [px] and the least. Returns its misfit, or `most`.
+  double SettleBest(const MaterialField& material, int i, double lift, double most,
+                    CandidateTask& task) const;
   SettleOptions CancellableSettle() const;
   void SettleCarried(const std::vector<State>& starts, CandidateTask& task) const;
   void RetryGuesses(const MaterialField& material, int i, CandidateTask& task) const;
-  std::optional<double> ComputeProfileRms(int i, const Eigen::VectorXd& x) const;
+  std::optional<double> ComputeProfileRms(const Observation& observation,
+                                          const Eigen::VectorXd& x) const;
   // Empty where a shape has no outline.
-  std::vector<double> ListProfileRms(const std::vector<Eigen::VectorXd>& shapes) const;
+  std::vector<double> ListProfileRms(const FitCandidate& candidate) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
   OutlineResiduals Outlines(const TableParametrisation& parametrisation,
+                            const std::vector<Observation>& observations,
                             const FitCandidate& candidate) const;
   std::optional<StripResiduals> Strips() const;
   FitOptions MakeFitOptions() const;

@@ -22,6 +22,7 @@ constexpr double kGrowth = 1.3;             // cost of a step ~ vertices^kGrowth
 constexpr double kNewtonSteps = 40.0;       // of an equilibrium after the settle steps
 constexpr double kEvaluationSteps = 10.0;   // of an iteration without its derivatives
 constexpr double kStepsPerParameter = 0.8;  // of its derivatives
+constexpr double kPoses = 2.0;              // of a mesh, itself and its mirror image
 constexpr double kSettledPerStart = 1.5;    // guesses settled for a candidate of the first round
 constexpr int kSurelyTaken = 8;             // iterations; of more, fits usually take half
 
@@ -293,7 +294,9 @@ FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options
   const double iteration =
       kEvaluationSteps + kStepsPerParameter * std::stoi(ToString(options.parameters));
   for (int round = 0; round < count(options.candidates_per_round); ++round) {
-    const double starts = round == 0 ? kSettledPerStart : round == 1 ? count(grid.lifts) : 0.0;
+    const double starts = kPoses * (round == 0   ? kSettledPerStart
+                                    : round == 1 ? count(grid.lifts)
+                                                 : 0.0);
     work.rounds.push_back(
         Elapsed(options.candidates_per_round[round] * images, threads,
                 starts * settle + ExpectIterations(options.iterations[round]) * iteration));
@@ -332,6 +335,14 @@ std::vector<MaterialField> ListStartTables(const FitProblem& problem) {
 
 MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess) {
   return Scaled(tables.at(guess.table), guess.stretch, guess.bend);
+}
+
+std::vector<Observation> LaidObservations(const FitProblem& problem,
+                                          const FitCandidate& candidate) {
+  std::vector<Observation> observations = problem.observations;
+  for (std::size_t i = 0; i < candidate.mirrored.size(); ++i)
+    if (candidate.mirrored[i]) observations[i] = observations[i].Mirrored();
+  return observations;
 }
 
 MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate) {

@@ -36,6 +36,7 @@ struct FitProblem {
   // Models that the fitted one contains, which RunNestedFit fits first, from the simplest on.
   std::vector<TableModel> simpler_models = {};
   std::vector<Observation> observations;
+  bool mirrors = true;  // each may be seen on the cloth's mirror image
   // The specimen of each observation, from 1 without gaps; empty: each shows its own.
   std::vector<int> specimens = {};
   // Laboratory measurements, fitted jointly where given; each candidate has a clone.
@@ -94,6 +95,7 @@ struct FitCandidate {
   // a fit by a simpler model. Empty before the guess is settled.
   MaterialField base;
   bool is_carried = false;              // it began with the fit of the part before
+  std::vector<bool> mirrored;           // of each observation: seen on the cloth's mirror image
   double guess_rms = 0.0;               // of the guess's settled drapes on the fine cloth [px]
   Eigen::VectorXd theta;                // log factors on `base`, shape [P]
   std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
@@ -109,6 +111,9 @@ struct FitCandidate {
 std::vector<MaterialField> ListStartTables(const FitProblem& problem);
 // The scaled tables of a guess. tables: ListStartTables, in the form of a model.
 MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess);
+
+// The observations as a candidate's drapes are laid to them.
+std::vector<Observation> LaidObservations(const FitProblem& problem, const FitCandidate& candidate);
 
 // The tables of a candidate.
 MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate);

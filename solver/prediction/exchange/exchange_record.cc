@@ -155,10 +155,21 @@ void CheckImages(const StoredSamples& samples, const std::string& folder) {
                      "has other images than summary.json beside it, expected files of one fit");
 }
 
-std::string Header(const FabricSamples& samples, const std::optional<StoredSamples>& own) {
+DirectionNames NameDirections(const FabricSource& source, const LinearFabric& fabric) {
+  return drape::NameDirections(source.material.warp_known, fabric.bend_warp, fabric.bend_weft);
+}
+
+std::string NumberKey(const LinearNumber& number, const DirectionNames& directions) {
+  if (number.value == &LinearFabric::bend_warp) return "bend_" + directions.warp;
+  if (number.value == &LinearFabric::bend_weft) return "bend_" + directions.weft;
+  return number.key;
+}
+
+std::string Header(const FabricSamples& samples, const std::optional<StoredSamples>& own,
+                   const DirectionNames& directions) {
   std::string text = ".chain,.iteration,.draw";
   for (const std::string& name : samples.names) text += ",log_factor[" + name + "]";
-  for (const LinearNumber& number : LinearNumbers()) text += std::string(",") + number.key;
+  for (const LinearNumber& number : LinearNumbers()) text += "," + NumberKey(number, directions);
   if (own) {
     text += ",lp__,lp_approx__";
     const size_t radii = own->images.size() * own->angles();
@@ -277,8 +288,9 @@ ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
   record.point = options.point;
   record.thickness = options.thickness;
   record.material = linearise(source.material.field);
+  record.directions = NameDirections(source, record.material);
   for (const LinearNumber& number : LinearNumbers())
-    record.numbers.push_back({.key = number.key,
+    record.numbers.push_back({.key = NumberKey(number, record.directions),
                               .unit = number.unit,
                               .value = record.material.*number.value,
                               .sd = {},
@@ -296,6 +308,7 @@ Json RecordJson(const ExchangeRecord& record) {
                {"source", record.source.path},        {"linearised_at", ToString(record.point)}};
   for (const RecordedNumber& number : record.numbers)
     json["linear"][number.key] = NumberJson(number, has_posterior);
+  json["directions"] = {record.directions.warp, record.directions.weft};
   json["density"] = {{"value", record.material.density}, {"unit", "kg/m2"}};
   json["thickness"] =
       record.thickness ? Json{{"value", *record.thickness}, {"unit", "m"}} : Json(nullptr);
@@ -314,7 +327,8 @@ std::string PosteriorCsv(const FabricSource& source, const Law& law,
   const FabricSamples samples = own ? SamplesAt(*source.posterior, LogFactors(*own))
                                     : SampleFabric(*source.posterior, new_draws, options.seed);
   const auto count = static_cast<int>(samples.tables.size()), draws = count / options.chains;
-  std::string text = Header(samples, own);
+  const LinearFabric median = LineariseAtRest(source.material.field, law);
+  std::string text = Header(samples, own, NameDirections(source, median));
   for (int s = 0; s < count; ++s) {
     const auto factors = samples.log_factors.col(s);
     std::vector<double> row(factors.begin(), factors.end());

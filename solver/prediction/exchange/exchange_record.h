@@ -11,6 +11,7 @@
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/prediction/prediction.h"
 
 namespace drape {
@@ -90,8 +91,9 @@ struct ExchangeRecord {
   FabricSource source;
   LinearPoint point = LinearPoint::kRest;
   LinearFabric material;
-  std::vector<RecordedNumber> numbers;
-  std::optional<double> thickness;  // [m]
+  DirectionNames directions;
+  std::vector<RecordedNumber> numbers;  // named by the directions: "bend_warp", "bend_softer"
+  std::optional<double> thickness;      // [m]
 };
 
 struct RecordOptions {
@@ -105,7 +107,8 @@ ExchangeRecord MakeRecord(const FabricSource& source, const Law& law, const Reco
 
 // {"format": "drapefit-exchange", "version": 1, "name", "units", "source", "linearised_at",
 //  "linear": {"c11": {"value", "unit", "sd", "origin", "share_of_variance_removed"}, …},
-//  "density", "thickness", "tables": {"convention": "mechanical", "stretch", "bend"}}.
+//  "directions": ["warp", "weft"] or their names, "density", "thickness", "tables": {"convention":
+//  "mechanical", "stretch", "bend"}}.
 nlohmann::ordered_json RecordJson(const ExchangeRecord& record);
 
 // The numbers of a linear material by their keys, in the order of a record.

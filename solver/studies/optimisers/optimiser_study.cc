@@ -217,6 +217,7 @@ class Problem {
     if (cancel != nullptr && cancel->load()) return false;
     const FitCandidate* best = Best(state);
     start_ = best == nullptr ? FitCandidate() : *best;
+    input_.problem.observations = LaidObservations(input_.problem, *start_);
     return true;
   }
 
@@ -262,7 +263,7 @@ class Problem {
 
   const OptimiserStudyOptions& options_;
   const FitSpec spec_;
-  const FitInput input_;
+  FitInput input_;
   json key_;
   std::mutex mutex_;
   std::optional<FitCandidate> start_;  // without shapes where no guess settles into a stable drape

@@ -65,6 +65,27 @@ TEST(Camera, FileKeepsIt) {
   EXPECT_THROW(ReadCamera(path), InputError);
 }
 
+TEST(Camera, KnowsWhereTheWarpIs) {
+  EXPECT_EQ(ParseWarp("unknown"), std::nullopt);
+  EXPECT_EQ(ParseWarp("up"), 90);
+  EXPECT_EQ(ParseWarp("right"), 0);
+  EXPECT_EQ(ParseWarp("100"), 100);
+  EXPECT_EQ(ParseWarp("-80"), 100);
+  EXPECT_EQ(ParseWarp("-360"), 0);
+  for (const char* text : {"9x", "", "left", "12.5", "361", "99999999999"})
+    EXPECT_THROW(ParseWarp(text), InputError) << text;
+  const std::string path = testing::TempDir() + "/warp_camera.json";
+  nlohmann::ordered_json json = CameraJson(Camera());
+  WriteFileAtomically(path, json.dump());
+  EXPECT_EQ(ReadWarp(path), "unknown");
+  json["warp"] = "12";
+  WriteFileAtomically(path, json.dump());
+  EXPECT_EQ(ReadWarp(path), "12");
+  json["warp"] = "leftish";
+  WriteFileAtomically(path, json.dump());
+  EXPECT_THROW(ReadWarp(path), InputError);
+}
+
 TEST(Camera, FileSaysWhatThePhotographSays) {
   const std::string path = testing::TempDir() + "/photograph_camera.json";
   nlohmann::ordered_json json = CameraJson(Oblique());

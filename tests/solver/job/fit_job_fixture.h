@@ -36,6 +36,7 @@ class FitJobTest : public testing::Test {
     spec_.stages.candidates_per_round = {1};
     spec_.stages.iterations = {2};
     spec_.observation.angles = 72;
+    spec_.observation.warp = "up";
     AddImage("a.png", DrapeImage());
   }
   void WriteStart(const MaterialField& field) const {

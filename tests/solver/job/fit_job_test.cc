@@ -15,7 +15,10 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/statics.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/protocol/initial_guess.h"
@@ -50,6 +53,100 @@ TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
   EXPECT_LT(metrics["profile_rms_px"].get<double>(), 2.0);
   EXPECT_GT(metrics["iou"].get<double>(), 0.95);
   EXPECT_EQ(summary["mean"]["mse"], metrics["mse"]);
+}
+
+// The bend entries of the table that a job fits to the image of the fixture, moved.
+class TurnedFitTest : public FitJobTest {
+ protected:
+  TurnedFitTest() {
+    spec_.stages.iterations = {4};
+    spec_.stages.parameters = ParameterTying::kBendRows;
+  }
+  Eigen::VectorXd Bend(int quarters, bool mirrored, const std::string& warp) {
+    data_.images.clear();
+    AddImage("b.png", test::QuarterTurned(DrapeImage(), quarters, mirrored));
+    spec_.observation.warp = warp;
+    EXPECT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+    const MaterialField field = ReadMaterial(folder_ / "material.json").field;
+    return Eigen::Map<const Eigen::VectorXd>(field.bend[0].entries(), kBendEntries);
+  }
+  static double Apart(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return (a.array() / b.array()).log().abs().maxCoeff();
+  }
+};
+
+TEST_F(TurnedFitTest, AMirrorImageOrATurnHasTheSameFit) {
+  const Eigen::VectorXd bend = Bend(0, false, "up");
+  EXPECT_GT(std::abs(std::log(bend[0] / bend[kBendEntries - 1])), 0.02);  // it tells warp and weft
+  EXPECT_GT(Apart(Bend(1, false, "up"), bend), 0.02);                     // another cloth
+  EXPECT_LT(Apart(Bend(0, true, "up"), bend), 1e-6);
+  EXPECT_LT(Apart(Bend(1, false, "right"), bend), 1e-6);
+  EXPECT_LT(Apart(Bend(3, true, "right"), bend), 1e-6);
+  const nlohmann::json image = Summary()["images"][0];
+  EXPECT_LT(image["metrics"]["profile_rms_px"].get<double>(), 2.5);
+  EXPECT_EQ(image["warp_degrees"], 0);
+}
+
+// The drape is written as the image shows it, with the mesh of that cloth.
+TEST_F(TurnedFitTest, WritesTheDrapeAsTheImageShowsIt) {
+  for (const bool mirrored : {false, true}) {
+    Bend(1, mirrored, "right");
+    const nlohmann::json image = Summary()["images"][0];
+    const Mesh mesh = ReadObj(folder_ / "drape_b.obj");
+    const Observation seen = ReadImageObservation(folder_ / "b.png", spec_.observation);
+    const ObjSurface surface = ReadObjSurface(folder_ / "drape_b.obj");
+    Outline outline, of_image;
+    ASSERT_TRUE(OutlineFromMesh(mesh, surface.x, Camera(), 360, &outline));
+    Camera nominal;
+    ASSERT_TRUE(OutlineFromImage(seen.image, nominal, 360, &of_image));
+    EXPECT_LT(ProfileRms(outline.radius, of_image.radius), 2.5);
+    EXPECT_EQ(CountSelfIntersections(mesh, surface.x), 0);
+    // Its faces are seen from above, and the plain mesh of the fit is its mirror image or itself.
+    const std::array<int, 3>& t = surface.triangles[0];
+    const auto p = [&](int k) { return Eigen::Vector3d(surface.x.segment<3>(3 * t[k])); };
+    EXPECT_GT((p(1) - p(0)).cross(p(2) - p(0)).z(), 0.0);
+    const Mesh plain = test::SmoothDisc(150)->model().mesh;
+    EXPECT_EQ(mesh.uv.row(0), plain.uv.row(0));
+    EXPECT_EQ(mesh.uv.row(1), (image["cloth_mirrored"] ? -1.0 : 1.0) * plain.uv.row(1));
+  }
+}
+
+TEST_F(FitJobTest, AnUnknownWarpGivesAStifferAndASofterDirection) {
+  spec_.stages.parameters = ParameterTying::kBendRows;
+  EXPECT_THAT(RunFitJob(spec_, data_, files_, {}).table,
+              testing::AllOf(HasSubstr("edges along warp"), HasSubstr("rigidity B, weft")));
+  EXPECT_EQ(Summary()["directions"], (nlohmann::json{"warp", "weft"}));
+  EXPECT_TRUE(ReadMaterial(folder_ / "material.json").warp_known);
+  spec_.observation.warp = "unknown";
+  const std::string table = RunFitJob(spec_, data_, files_, {}).table;
+  EXPECT_THAT(table, testing::AllOf(HasSubstr("edges along stiffer"), HasSubstr("B, stiffer"),
+                                    HasSubstr("B, softer"), HasSubstr("stiffer over softer")));
+  nlohmann::json summary = Summary();
+  EXPECT_THAT(summary["notes"].dump(), HasSubstr("the warp is not known (--warp)"));
+  EXPECT_TRUE(summary["images"][0]["warp_degrees"].is_null());
+  EXPECT_FALSE(ReadMaterial(folder_ / "material.json").warp_known);
+  summary.erase("notes");
+  summary["images"][0].erase("warp_degrees");
+  EXPECT_THAT(summary.dump() + table,
+              testing::Not(testing::AnyOf(HasSubstr("warp"), HasSubstr("weft"))));
+  for (const nlohmann::json& row : summary["laboratory"]["material"]["rows"])
+    EXPECT_TRUE(row["key"] != "bending_ratio" || row["value"] >= 1.0);
+}
+
+TEST_F(FitJobTest, TheWarpIsKnownInAllImagesOrInNone) {
+  nlohmann::ordered_json camera = CameraJson(Camera());
+  spec_.observation.camera.file = "beside";
+  spec_.observation.warp = "unknown";
+  for (const char* name : {"one", "two"}) {
+    AddImage(std::string(name) + "/" + name + ".png", DrapeImage());
+    WriteFileAtomically(folder_ / name + "/camera.json", camera.dump());
+    camera["warp"] = "right";
+  }
+  data_.images.erase(data_.images.begin());
+  EXPECT_THAT(ComputeError(), HasSubstr("two.png: the warp is known, expected as in"));
+  WriteFileAtomically(folder_ / "one/camera.json", camera.dump());
+  EXPECT_EQ(ComputeError(), "");
+  EXPECT_EQ(Summary()["images"][0]["warp_degrees"], 0);
 }
 
 TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {

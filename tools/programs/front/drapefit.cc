@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -106,10 +107,11 @@ struct ShortWayOptions {
   double support = 0.18;              // diameter [m]
   double focal_35mm = 0.0;       // of the lens, as for a full-frame camera [mm]; 0: from the file
   std::string picture = "auto";  // "photo", "silhouette"
-  std::string fit_config;        // of drape_fit; empty: that of two numbers and a posterior
-  int draws = 16;                // of the prediction
-  int threads = 0;               // 0: all cores
-  std::string out;               // empty: out/<name of the picture>
+  std::string warp = kUnknownWarp;  // ParseWarp
+  std::string fit_config;           // of drape_fit; empty: that of two numbers and a posterior
+  int draws = 16;                   // of the prediction
+  int threads = 0;                  // 0: all cores
+  std::string out;                  // empty: out/<name of the picture>
 };
 
 constexpr StoredFormat kStepsFormat = {"drapefit-steps", 2};
@@ -163,6 +165,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
     photo.arguments.insert(photo.arguments.end(), discs.begin(), discs.end());
     if (options.focal_35mm > 0)
       photo.arguments.push_back(Format("--focal_35mm=%g", options.focal_35mm));
+    photo.arguments.push_back("--warp=" + options.warp);
     photo.arguments.push_back("--out=" + out + "/photo");
     steps.push_back(photo);
     fit.arguments[1] = "--images=" + out + "/photo/silhouette.png";
@@ -171,6 +174,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   const std::string threads = Format("--threads=%d", options.threads);
   fit.arguments.insert(fit.arguments.end(), discs.begin(), discs.end());
   fit.arguments.push_back(Format("--density=%.9g", options.mass / kGramsPerKilogram));
+  fit.arguments.push_back("--warp=" + options.warp);
   fit.arguments.push_back(threads);
   fit.arguments.push_back("--out=" + out + "/fit");
   steps.push_back(fit);
@@ -306,6 +310,7 @@ int RunStep(const Step& step, const std::string& folder) {
 }
 
 void Check(const ShortWayOptions& options) {
+  ParseWarp(options.warp);
   if (options.operands.size() != 1)
     throw InputError("command line",
                      Format("found %zu pictures, expected one", options.operands.size()));
@@ -335,6 +340,7 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
       ChoiceOption("picture", &options.picture, {"auto", "photo", "silhouette"},
                    "what the picture is; auto: a silhouette where nearly all pixels are black or "
                    "white, which is taken as seen by the camera of the published images"),
+      PlainOption("warp", &options.warp, kWarpDoc),
       PathOption("fit_config", &options.fit_config,
                  "config file of drape_fit; empty: configs/programs/fit_bayes.json, a posterior "
                  "of two numbers"),

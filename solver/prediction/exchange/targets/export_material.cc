@@ -262,6 +262,11 @@ ExportedMaterial ExportMaterial(ExportTarget target, const ExchangeRecord& recor
   ExportedMaterial exported = Dispatch(target, record, options);
   if (record.source.posterior && target != ExportTarget::kJson)
     exported.lost.emplace_back(kLosesUncertainty);
+  if (!record.source.material.warp_known)
+    exported.lost.push_back(
+        "which direction is the warp, which the fit does not know: here it is "
+        "the " +
+        record.directions.warp + " one");
   return exported;
 }
 

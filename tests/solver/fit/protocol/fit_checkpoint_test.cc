@@ -148,7 +148,7 @@ TEST_F(CheckpointTest, AnotherJobIsRefused) {
 
 TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
   Write("checkpoint.json", R"({"format": "drapefit-checkpoint", "job": "job", "round": 0})");
-  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 5");
+  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 6");
 }
 
 // A key says what differs, such as a mesh whose file was changed.

@@ -11,6 +11,7 @@
 #include "physics/material/material_scaling.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/job/fit_verdict.h"
+#include "solver/prediction/exchange/targets/export_material.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/closed_forms.h"
@@ -20,6 +21,9 @@ namespace drape {
 namespace {
 
 using test::kTwill;
+using testing::AllOf, testing::AnyOf, testing::HasSubstr, testing::Not;
+
+MaterialField Tables();
 
 class ExchangeRecordTest : public FileFixture {
  protected:
@@ -64,6 +68,29 @@ TEST_F(ExchangeRecordTest, APosteriorTellsMeasuredFromPrior) {
   EXPECT_EQ(json.at("linear").at("c11").at("origin"), "prior");
   EXPECT_EQ(json.at("tables").at("stretch").size(), 6u);
   EXPECT_EQ(json.at("thickness"), nullptr);
+}
+
+// Where a fit does not know which direction is the warp, no number of an export does.
+TEST_F(ExchangeRecordTest, NamesAStifferDirectionWhereTheWarpIsNotKnown) {
+  StoredPosterior posterior = Scales();
+  posterior.base = Tables();
+  posterior.warp_known = false;
+  WritePosterior(Path(""), posterior, "test");
+  const Law law = MakeLaw("smooth");
+  const FabricSource source = ReadFabric(Path(""));
+  const ExchangeRecord record = MakeRecord(source, law, {});
+  EXPECT_NEAR(Number(record, "bend_stiffer").value / Number(record, "bend_softer").value, 4, 1e-9);
+  const nlohmann::ordered_json json = RecordJson(record);
+  EXPECT_EQ(json.at("directions"), (nlohmann::json{"stiffer", "softer"}));
+  EXPECT_THAT(json.dump(), Not(AnyOf(HasSubstr("warp"), HasSubstr("weft"))));
+  EXPECT_THAT(PosteriorCsv(source, law, {.draws = 4}),
+              AllOf(HasSubstr(",bend_softer,bend_stiffer,"), Not(HasSubstr("warp"))));
+  EXPECT_THAT(ExportMaterial(ExportTarget::kPpf, record).lost,
+              testing::Contains(HasSubstr("here it is the stiffer one")));
+  posterior.warp_known = true;
+  WritePosterior(Path(""), posterior, "test");
+  EXPECT_EQ(Number(MakeRecord(ReadFabric(Path("")), law, {}), "bend_warp").value,
+            16e-6 * std::exp(-0.5));
 }
 
 TEST_F(ExchangeRecordTest, SamplesHaveTheMomentsOfThePosterior) {
@@ -202,6 +229,20 @@ StoredPosterior Scales() {
   posterior.mean = Eigen::Vector2d::Zero();
   posterior.covariance = Eigen::Vector2d(0.01, 0.01).asDiagonal();
   return posterior;
+}
+
+TEST(FabricSheet, HasTheRatioOfAStifferAndASofterDirection) {
+  const LaboratorySheet sheet = MakeFabricSheet({.tables = Tables(),
+                                                 .law = MakeLaw("smooth"),
+                                                 .weights = EqualStiffnessWeights(),
+                                                 .directions = NameDirections(false, 16, 4)},
+                                                KnowsAll);
+  EXPECT_NEAR(Row(sheet, "bending_stiffer_un_m").value, 16, 1e-9);
+  EXPECT_NEAR(Row(sheet, "bending_ratio").value, 4, 1e-9);
+  EXPECT_EQ(Row(sheet, "bending_ratio").source, "measured");
+  EXPECT_NEAR(Row(sheet, "fast_e100_stiffer_percent").value, 100 * 98.0665 / 588, 1e-9);
+  EXPECT_EQ(NameDirections(false, 4, 16).warp, "softer");
+  EXPECT_EQ(NameDirections(true, 4, 16).warp, "warp");
 }
 
 TEST(FabricSheet, APosteriorHasIntervals) {

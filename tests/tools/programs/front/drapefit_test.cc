@@ -68,7 +68,11 @@ TEST_F(ShortWay, EndsAtAPhotographThatIsRefused) {
   scene.falloff = 0;
   const std::string path = Path("empty.jpg");
   WritePhotoFile(scene, RenderPhoto(scene, {}), path);
-  const ProcessResult result = RunProcess({kDrapefit, path, "--mass=150", "--out=" + Path("out")});
+  ExpectOneLineError(RunProcess({kDrapefit, path, "--mass=150", "--warp=9x"}),
+                     "option 'warp': found '9x'");
+  const ProcessResult result =
+      RunProcess({kDrapefit, path, "--mass=150", "--warp=right", "--out=" + Path("out")});
+  EXPECT_THAT(result.out, HasSubstr(" --warp=right "));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("empty.jpg: no cloth: "));
   EXPECT_TRUE(std::filesystem::exists(Path("out/photo/refused.png")));

@@ -24,6 +24,7 @@ using Json = nlohmann::ordered_json;
 struct PhotoToolOptions {
   std::vector<std::string> operands;  // one photograph
   PhotoOptions photo;
+  std::string warp = kUnknownWarp;
   std::string out;
 };
 
@@ -95,14 +96,17 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
       .example = "drape_photo photo.jpg --focal_35mm=26 --out=out/photo",
       .notes =
           "files: silhouette.png and camera.json, which also has the drape coefficient, its "
-          "standard deviation and the warnings, for drape_fit --camera_file; projected.png, the "
+          "standard deviation, the warp and the warnings, for drape_fit --camera_file; "
+          "projected.png, the "
           "estimated vertical projection, for programs that know only the camera of the "
           "published images; overlay.png; summary.json\n"
           "exit code 2: the photograph was refused; refused.png in the output folder shows why, "
           "its other files are unchanged\n",
-      .options =
-          Concatenate(FieldOptionList(options.photo), std::vector<Option>{OutOption(options.out)}),
-      .common = {"marker", "specimen", "support", "disc", "tag", "focal_35mm", "px_per_m", "out"},
+      .options = Concatenate(FieldOptionList(options.photo),
+                             std::vector<Option>{PlainOption("warp", &options.warp, kWarpDoc),
+                                                 OutOption(options.out)}),
+      .common = {"marker", "specimen", "support", "disc", "tag", "focal_35mm", "px_per_m", "warp",
+                 "out"},
       .operands = &options.operands,
       .operand_names = "PHOTO"};
 }
@@ -112,6 +116,7 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
 // earlier results as they were and writes refused.png, which shows why.
 std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control) {
   const std::string file = Operand(options);
+  ParseWarp(options.warp);
   const Photograph photo = ReadPhotograph(file);
   control.Report(0.1, "photograph read");
   const OutputFolder out(options.out, {"summary.json", "silhouette.png", "camera.json",
@@ -130,6 +135,7 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
   WritePng(result.overlay, out.Staged("overlay.png"));
   Json camera = CameraJson(result.camera);
   camera.update(DiscsJson(discs));
+  camera["warp"] = options.warp;
   camera["photograph"] = PhotographJson({.coefficient = result.shape.drape_coefficient,
                                          .coefficient_sd = result.coefficient_sd,
                                          .warnings = result.warnings});

@@ -263,7 +263,7 @@ RecordOptions MakeRecordOptions(const ExportToolOptions& options) {
 
 std::string NumberLine(const RecordedNumber& number, bool has_posterior) {
   std::string line =
-      Format("  %-10s %11.4g %-4s", number.key.c_str(), number.value, number.unit.c_str());
+      Format("  %-12s %11.4g %-4s", number.key.c_str(), number.value, number.unit.c_str());
   if (!has_posterior || !number.sd) return line + "\n";
   line += Format(" +- %-9.3g ", *number.sd);
   line += number.measured() ? "measured" : "from the prior";
@@ -319,7 +319,7 @@ std::string ExportText(const ExportRun& run) {
                      (run.record.point == LinearPoint::kRest ? "zero strain and curvature\n"
                                                              : "the curvatures of its drape\n");
   for (const RecordedNumber& number : run.record.numbers) text += NumberLine(number, has_posterior);
-  text += Format("  %-10s %11.4g kg/m2\n", "density", run.record.material.density);
+  text += Format("  %-12s %11.4g kg/m2\n", "density", run.record.material.density);
   for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out);
   for (const std::string& file : run.posterior_files)
     text += "posterior " + run.out + "/" + file + "\n";

@@ -47,6 +47,10 @@ TEST_F(PhotoTool, WritesWhatAFitReads) {
   const Json summary = ReadJson(Path("out/summary.json"));
   const Json photograph = ReadJson(Path("out/camera.json"))["photograph"];
   for (const char* key : {"dc", "dc_sd", "warnings"}) EXPECT_EQ(photograph[key], summary[key]);
+  EXPECT_EQ(ReadWarp(Path("out/camera.json")), "unknown");
+  ExpectMeasured(Run(Path("a.jpg"), {"--warp=12"}));
+  EXPECT_EQ(ReadWarp(Path("out/camera.json")), "12");
+  ExpectOneLineError(Run(Path("a.jpg"), {"--warp=9x"}), "option 'warp': found '9x'");
   EXPECT_TRUE(std::filesystem::exists(Path("out/overlay.png")));
 }
 

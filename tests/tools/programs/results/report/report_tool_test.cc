@@ -337,6 +337,17 @@ TEST_F(ReportTest, MeasurementsAndExportsAreTables) {
       page, HasSubstr("<th scope=\"row\">bending rigidity, warp</th><td class=\"number\">12.5</td>"
                       "<td class=\"number\">2</td><td>µN·m</td>"));
   EXPECT_THAT(page, HasSubstr("not measured: from the prior"));
+  const std::string unknown = Page({AddResult(
+      "unknown", "drape_export",
+      {{"record",
+        {{"name", "wool"},
+         {"directions", {"softer", "stiffer"}},
+         {"linear",
+          {{"c11", {{"value", 150.0}, {"unit", "N/m"}, {"origin", "prior"}}},
+           {"bend_softer", {{"value", 1.25e-5}, {"sd", 2e-6}, {"origin", "measured"}}}}}}}})});
+  EXPECT_THAT(unknown, testing::AllOf(HasSubstr("bending rigidity, softer"),
+                                      HasSubstr("tensile stiffness, stiffer (c11)"),
+                                      testing::Not(HasSubstr("rigidity, warp"))));
   ExpectOneLineError(RunProcess({kReport, Path("other.json"), "--out=" + Path("page.html")}),
                      "has no results of drape_metrics");
 }

@@ -9,7 +9,7 @@ import numpy as np
 
 import page as html
 from drapes import USUAL_DISCS, read_outlines, svg_path
-from results import InputError, find, items, number, number_text, read_json, text
+from results import InputError, directions, find, items, number, number_text, read_json, text
 
 BLUE, GREY = "#0072b2", "#8a8f98"
 MOST_MARGINALS = 5
@@ -64,7 +64,7 @@ def read_fields(path):
         raise InputError(f"{path}: expected the fields of drape_fit") from None
 
 
-def draw_fields(fields):
+def draw_fields(fields, warp, weft):
     def draw(grid):
         import matplotlib.collections
         for axes, (name, polygons, values) in zip(grid.flat, fields):
@@ -72,7 +72,7 @@ def draw_fields(fields):
                                                           edgecolors="face", rasterized=True)
             axes.add_collection(shown)
             axes.autoscale_view()
-            axes.set(title=name, aspect="equal", xlabel="weft [cm]", ylabel="warp [cm]")
+            axes.set(title=name, aspect="equal", xlabel=f"{weft} [cm]", ylabel=f"{warp} [cm]")
             axes.grid(False)
             axes.figure.colorbar(shown, ax=axes)
     return svg(draw, 2, 2, 3.6, 3)
@@ -89,7 +89,7 @@ def cloth_fields(folder, page):
     rows = [(html.header(name), *(html.numeric("%.3g" % value) for value in
                                   (values.mean(), values.std(), values.min(), values.max())))
             for name, _, values in fields]
-    return add_chart(page, draw_fields(fields),
+    return add_chart(page, draw_fields(fields, *directions(folder.summary)),
                      "Stiffness over the cloth, and how far the data narrow it: 1 where they say "
                      "nothing.") + html.table(rows, ("field", "mean", "standard deviation", "least",
                                                      "most"))

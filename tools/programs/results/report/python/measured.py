@@ -7,8 +7,8 @@ import os
 import re
 
 import page as html
-from results import (InputError, coefficient_text, find, find_photograph, items, number, read_text, text,
-                     texts, value_text)
+from results import (InputError, coefficient_text, directions, find, find_photograph, items, number,
+                     read_text, text, texts, value_text)
 from verdict import laboratory_sheet
 
 DRAPE_COLUMNS = [("/shape/dc", "drape coefficient [%]", 100, "%.1f"),
@@ -106,13 +106,14 @@ def measurement(folder, page):
 
 def linear_record(record):
     rows = []
+    warp, weft = directions(record)
     for key, name, factor, unit in [
-            ("bend_warp", "bending rigidity, warp", 1e6, "µN·m"),
-            ("bend_weft", "bending rigidity, weft", 1e6, "µN·m"),
+            ("bend_" + warp, "bending rigidity, " + warp, 1e6, "µN·m"),
+            ("bend_" + weft, "bending rigidity, " + weft, 1e6, "µN·m"),
             ("bend_bias", "bending rigidity, bias", 1e6, "µN·m"),
-            ("c11", "tensile stiffness, weft (c11)", 1, "N/m"),
-            ("c22", "tensile stiffness, warp (c22)", 1, "N/m"),
-            ("c12", "coupling of warp and weft (c12)", 1, "N/m"),
+            ("c11", f"tensile stiffness, {weft} (c11)", 1, "N/m"),
+            ("c22", f"tensile stiffness, {warp} (c22)", 1, "N/m"),
+            ("c12", f"coupling of {warp} and {weft} (c12)", 1, "N/m"),
             ("shear", "shear rigidity G", 1, "N/m")]:
         found = find(record, "/linear/" + key)
         if found:

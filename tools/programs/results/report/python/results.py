@@ -137,6 +137,12 @@ def texts(value, pointer):
     return items(value, pointer, str)
 
 
+def directions(value):
+    """What the directions of warp and weft are called: otherwise where it is not known which is which."""
+    names = texts(value, "/directions")
+    return names if len(names) == 2 else ["warp", "weft"]
+
+
 def number_text(value, pointer, factor=1, form="%.4g"):
     found = number(value, pointer)
     return "none" if found is None else form % (factor * found)
