@@ -154,12 +154,14 @@ void VisitFields(Input& input, Visitor&& visit) {
                         .unit = "m",
                         .least = 0.01,
                         .most = 10,
+                        .usual_least = 0.05,
                         .usual_most = 0.6});
   visit(support, Field{.key = "support",
                        .doc = "diameter of the support; none: as those files say, or 0.18",
                        .unit = "m",
                        .least = 0.005,
                        .most = 10,
+                       .usual_least = 0.02,
                        .usual_most = 0.6});
 }
 
@@ -181,8 +183,8 @@ nlohmann::ordered_json DiscsJson(const DrapeDiscs& discs);
 
 // The scale of a picture in the support plane, as the picture or a thing in it says.
 struct ScaleInput {
-  bool dpi = false;           // the dots an inch that the file states: a scan
-  std::vector<double> ruler;  // columns and rows of two points [px], their distance [mm]
+  bool dpi = false;                // the dots an inch that the file states: a scan
+  std::vector<double> ruler = {};  // columns and rows of two points [px], their distance [mm]
 
   bool given() const { return dpi || !ruler.empty(); }
   // [px/m]. Throws InputError for a ruler of other than five numbers, of no length or of less than
@@ -214,7 +216,7 @@ struct CameraInput {
   double scale = kNotGiven;           // orthographic only [px/m]
   double image_width_mm = kNotGiven;  // width of the area seen in the support plane: another way to
                                       // give the scale
-  ScaleInput picture;                 // two further ways
+  ScaleInput picture = {};            // two further ways
   std::string file;  // ReadCamera, in place of all others; "beside": camera.json in the folder of
                      // an image
 

@@ -55,7 +55,7 @@ double Density(const JsonInput& file, const char* key) {
   if (!file.Has(key) || file.At(key).value().is_null()) return 0.0;
   const double mass = file.At(key).NumberWithin(0.0, 1e4);
   if (mass > 0.0) CheckUsual(file.At(key).Name(), mass, "g/m2", 10.0, 1500.0);
-  return 1e-3 * mass;
+  return mass / 1e3;
 }
 
 LabPoint ReadPoint(const JsonInput& input, const Form& form) {

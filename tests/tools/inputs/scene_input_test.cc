@@ -301,7 +301,7 @@ TEST_F(TestFitTool, UnitsOfOptionsAreNamed) {
                      "option 'density': found '150', expected a number, 0 … 10 kg/m2; in g/m2 it "
                      "would be 0.15 kg/m2");
   ExpectOneLineError(Fit({test, "--specimen=30"}), "in cm it would be 0.3 m");
-  ExpectOneLineError(Fit({test, "--support=7"}), "found 7 m, expected about 0.02 … 0.5 m; in cm");
+  ExpectOneLineError(Fit({test, "--support=7"}), "found 7 m, expected about 0.02 … 0.6 m; in cm");
 }
 
 TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {

@@ -172,9 +172,9 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   const int start = std::filesystem::exists(names.Name(0)) ? 0 : 1;
   const std::string first_path = names.Name(start);
   const ObjSurface first = ReadFrame(first_path, files);
-  CheckStands(first, first_path, files);
   RequireClosed(first, first_path);
   RequireSolid(first, first_path);
+  CheckStands(first, first_path, files);
   std::vector<Eigen::VectorXd> frames = {first.x};
   for (int k = start + 1; k < kMaxFrames && std::filesystem::exists(names.Name(k)); ++k) {
     const std::string path = names.Name(k);
