@@ -247,11 +247,28 @@ nlohmann::ordered_json DiscsJson(const DrapeDiscs& discs) {
   return {{kSpecimen, 2 * discs.specimen}, {kSupport, 2 * discs.support}};
 }
 
+double ScaleInput::Find(const std::string& path) const {
+  constexpr double kLeastPixels = 20, kMillimetre = 1e-3;
+  const std::string where = "option 'ruler'";
+  if (ruler.empty()) return ReadPixelsPerMetre(path);
+  const double pixels =
+      ruler.size() == 5 ? std::hypot(ruler[2] - ruler[0], ruler[3] - ruler[1]) : 0.0;
+  if (dpi || !(pixels >= kLeastPixels && ruler[4] > 0.0))
+    throw InputError(where, Format("found %zu numbers and points %.4g px apart, expected "
+                                   "X1,Y1,X2,Y2,LENGTH_MM without dpi, of points at least %g px "
+                                   "apart",
+                                   ruler.size(), pixels, kLeastPixels));
+  CheckUsual(where, ruler[4], "mm", 10, 2000);
+  return pixels / (kMillimetre * ruler[4]);
+}
+
 std::string CameraInput::FileFor(const std::string& image) const {
   if (file != kBeside) return file;
   return std::filesystem::path(image).parent_path() / "camera.json";
 }
-bool CameraInput::gives_scale() const { return !std::isnan(scale) || !std::isnan(image_width_mm); }
+bool CameraInput::gives_scale() const {
+  return !std::isnan(scale) || !std::isnan(image_width_mm) || picture.given();
+}
 bool CameraInput::gives_centre() const { return !std::isnan(cx) || !std::isnan(cy); }
 
 Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs) {
@@ -262,8 +279,11 @@ Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs) {
       throw InputError("option 'camera_file'", "found beside without an image, expected a file");
     return ReadCamera(input.file);
   }
-  if (!std::isnan(input.scale) && !std::isnan(input.image_width_mm))
-    throw InputError("option 'image_width_mm'", "found beside camera_scale, expected one of both");
+  if (!std::isnan(input.scale) + !std::isnan(input.image_width_mm) + input.picture.given() > 1)
+    throw InputError("option 'image_width_mm'",
+                     "found two of camera_scale, image_width_mm, dpi and ruler, expected one");
+  if (input.picture.given())
+    throw InputError("option 'dpi' or 'ruler'", "found without a picture, expected camera_scale");
   Camera camera = CameraAbove(discs);
   camera.kind = input.kind;
   if (input.width != 0) camera.width = input.width;
@@ -296,8 +316,12 @@ Camera MakeCamera(const CameraInput& input, const GrayImage& image, const DrapeD
   if (!HasUsualSize(image, discs) && !input.gives_scale())
     throw InputError(where, "image is " + size +
                                 " px and its scale is not given, expected "
-                                "image_width_mm, the width that it shows in the support plane, or "
-                                "camera_scale [px/m]");
+                                "image_width_mm, the width that it shows in the support plane, "
+                                "camera_scale [px/m], ruler or dpi");
+  if (input.picture.given() && std::isnan(input.scale) && std::isnan(input.image_width_mm)) {
+    sized.scale = input.picture.Find(where);
+    sized.picture = {};
+  }
   return MakeCamera(sized, discs);
 }
 

@@ -164,12 +164,16 @@ void VisitFields(Input& input, Visitor&& visit) {
                                "say that drapefit made, or 0.30",
                         .unit = "m",
                         .least = 0.01,
-                        .most = 10});
+                        .most = 10,
+                        .usual_least = 0.05,
+                        .usual_most = 0.6});
   visit(support, Field{.key = "support",
                        .doc = "diameter of the support; none: as those files say, or 0.18",
                        .unit = "m",
                        .least = 0.005,
-                       .most = 10});
+                       .most = 10,
+                       .usual_least = 0.02,
+                       .usual_most = 0.6});
 }
 
 // What a file says of the discs of its drape: a PNG of WritePng, an OBJ of WriteObj, or a JSON file
@@ -188,6 +192,29 @@ DiscsInput GivenDiscs(const DrapeDiscs& discs);
 // {"specimen_diameter_m", "support_diameter_m"}.
 nlohmann::ordered_json DiscsJson(const DrapeDiscs& discs);
 
+// The scale of a picture in the support plane, as the picture or a thing in it says.
+struct ScaleInput {
+  bool dpi = false;                // the dots an inch that the file states: a scan
+  std::vector<double> ruler = {};  // columns and rows of two points [px], their distance [mm]
+
+  bool given() const { return dpi || !ruler.empty(); }
+  // [px/m]. Throws InputError for a ruler of other than five numbers, of no length or of less than
+  // 20 px, beside dpi, and for a picture that states no dots an inch (ReadPixelsPerMetre).
+  double Find(const std::string& picture) const;
+};
+
+template <MutableOrConst<ScaleInput> Input, class Visitor>
+void VisitFields(Input& input, Visitor&& visit) {
+  auto& [dpi, ruler] = input;
+  visit(dpi, Field{.key = "dpi",
+                   .doc = "take the scale from the dots an inch that the picture's file states: "
+                          "of a scan, not of a photograph"});
+  visit(ruler, Field{.key = "ruler",
+                     .doc = "take the scale from X1,Y1,X2,Y2,LENGTH_MM: column and row of two "
+                            "points [px] and the distance between them [mm], of a ruler or across "
+                            "a coin in the support plane"});
+}
+
 // A camera as a user sets it. What is not given follows from the image or, without an image, from
 // the published ones: 256 × 256 px at 719.5 px/m.
 struct CameraInput {
@@ -200,6 +227,7 @@ struct CameraInput {
   double scale = kNotGiven;           // orthographic only [px/m]
   double image_width_mm = kNotGiven;  // width of the area seen in the support plane: another way to
                                       // give the scale
+  ScaleInput picture = {};            // two further ways
   std::string file;  // ReadCamera, in place of all others; "beside": camera.json in the folder of
                      // an image
 
@@ -211,7 +239,7 @@ struct CameraInput {
 
 template <MutableOrConst<CameraInput> Input, class Visitor>
 void VisitFields(Input& input, Visitor&& visit) {
-  auto& [kind, width, height, cx, cy, scale, image_width_mm, file] = input;
+  auto& [kind, width, height, cx, cy, scale, image_width_mm, picture, file] = input;
   visit(kind, Field{.key = "camera",
                     .doc = "projection of the camera; the published images are orthographic"});
   const auto size = [](const char* key, const char* doc) {
@@ -231,13 +259,18 @@ void VisitFields(Input& input, Visitor&& visit) {
                             "or image_width_mm",
                      .unit = "px/m",
                      .least = 1,
-                     .most = 1e7});
+                     .most = 1e7,
+                     .usual_least = 100,
+                     .usual_most = 1e5});
   visit(image_width_mm, Field{.key = "image_width_mm",
                               .doc = "width of the area that the image shows in the support "
                                      "plane, in place of camera_scale: lay a ruler on the support",
                               .unit = "mm",
                               .least = 1,
-                              .most = 1e5});
+                              .most = 1e5,
+                              .usual_least = 80,
+                              .usual_most = 5000});
+  VisitFields(picture, visit);
   visit(file, Field{.key = "camera_file",
                     .doc = "camera.json of drape_photo, in place of the other camera options; "
                            "beside: the file of that name in the folder of each image",

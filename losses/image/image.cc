@@ -8,16 +8,19 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -57,6 +60,13 @@ ExifData ReadExif(const std::vector<uint8_t>& jpeg) {
   if (data == nullptr) return exif;
   const uint32_t orientation = ReadExifEntry(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
   if (orientation >= 1 && orientation <= 8) exif.orientation = static_cast<int>(orientation);
+  const ExifEntry* dots = exif_content_get_entry(data->ifd[EXIF_IFD_0], EXIF_TAG_X_RESOLUTION);
+  if (dots != nullptr && dots->format == EXIF_FORMAT_RATIONAL && dots->components == 1) {
+    const ExifRational ratio = exif_get_rational(dots->data, exif_data_get_byte_order(data.get()));
+    const bool by_centimetre = ReadExifEntry(data.get(), EXIF_IFD_0, EXIF_TAG_RESOLUTION_UNIT) == 3;
+    if (ratio.denominator > 0)
+      exif.density = ratio.numerator / (ratio.denominator * (by_centimetre ? 0.01 : 0.0254));
+  }
   const auto number = [&](ExifTag tag) { return ReadExifEntry(data.get(), EXIF_IFD_EXIF, tag); };
   exif.focal_35mm = number(EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM);
   exif.width = static_cast<int>(std::min(number(EXIF_TAG_PIXEL_X_DIMENSION), kMostPixels));
@@ -147,6 +157,43 @@ std::string BigEndian(uint32_t number) {
   return bytes;
 }
 
+// The contents of the chunks of a type before the picture itself, in a file that may be damaged.
+std::vector<std::string> ReadChunks(const std::string& png, const std::string& type) {
+  std::vector<std::string> contents;
+  for (std::size_t at = kSignatureSize; at + kFrameSize <= png.size();) {
+    const std::size_t size = png_get_uint_32(reinterpret_cast<png_const_bytep>(&png[at]));
+    const std::string found = png.substr(at + 4, 4);
+    if (found == "IDAT" || size > png.size() - at - kFrameSize) break;
+    if (found == type) contents.push_back(png.substr(at + 8, size));
+    at += size + kFrameSize;
+  }
+  return contents;
+}
+
+constexpr double kInch = 0.0254;  // [m]
+
+// Dots in a metre along x and y; zeros: not stated.
+std::array<double, 2> ReadPngDensity(const std::string& png) {
+  constexpr std::size_t kSize = 9;
+  for (const std::string& chunk : ReadChunks(png, "pHYs")) {
+    if (chunk.size() != kSize || chunk.back() != 1) continue;  // 1: by metre
+    const auto* bytes = reinterpret_cast<png_const_bytep>(chunk.data());
+    return {double(png_get_uint_32(bytes)), double(png_get_uint_32(bytes + 4))};
+  }
+  return {};
+}
+
+// Of JFIF [JFIF 1.02], else of EXIF.
+std::array<double, 2> ReadJpegDensity(const std::vector<uint8_t>& jpeg) {
+  constexpr std::size_t kUnits = 13, kEnd = 18;
+  if (jpeg.size() >= kEnd && std::memcmp(&jpeg[6], "JFIF", 5) == 0 && jpeg[kUnits] > 0) {
+    const double unit = jpeg[kUnits] == 1 ? kInch : 0.01;
+    return {(256 * jpeg[14] + jpeg[15]) / unit, (256 * jpeg[16] + jpeg[17]) / unit};
+  }
+  const double density = ReadExif(jpeg).density;
+  return {density, density};
+}
+
 // The chunk of a comment [PNG, 11.3.4.3].
 std::string TextChunk(const std::string& comment) {
   const std::string content = kKeyword + comment, typed = kTextChunk + content;
@@ -227,17 +274,30 @@ std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path) {
   const std::string bytes = ReadWholeFile(path);
   if (!LooksLikePng({bytes.begin(), bytes.begin() + std::min(bytes.size(), kSignatureSize)}))
     return std::nullopt;
-  for (std::size_t at = kSignatureSize; at + kFrameSize <= bytes.size();) {
-    const std::size_t size = png_get_uint_32(reinterpret_cast<png_const_bytep>(&bytes[at]));
-    const std::string type = bytes.substr(at + 4, 4);
-    if (type == "IDAT" || size > bytes.size() - at - kFrameSize) break;
-    const std::string content = bytes.substr(at + 8, size);
-    if (type == kTextChunk && content.starts_with(kKeyword)) {
-      if (const auto discs = ParseDiscsLine(content.substr(kKeyword.size()))) return discs;
-    }
-    at += size + kFrameSize;
+  for (const std::string& content : ReadChunks(bytes, kTextChunk)) {
+    if (!content.starts_with(kKeyword)) continue;
+    if (const auto discs = ParseDiscsLine(content.substr(kKeyword.size()))) return discs;
   }
   return std::nullopt;
+}
+
+double ReadPixelsPerMetre(const std::string& path) {
+  constexpr double kAgree = 0.005, kFillers[] = {72, 96};
+  const std::string text = ReadWholeFile(path);
+  const std::vector<uint8_t> bytes(text.begin(), text.end());
+  const auto [x, y] = LooksLikeJpeg(bytes)  ? ReadJpegDensity(bytes)
+                      : LooksLikePng(bytes) ? ReadPngDensity(text)
+                                            : std::array{0.0, 0.0};
+  if (!(x > 0) || std::abs(x / y - 1) > kAgree)
+    throw InputError(path, Format("states %g and %g dots an inch along x and y, expected one "
+                                  "number for dpi; give ruler, camera_scale or image_width_mm",
+                                  x * kInch, y * kInch));
+  for (const double filler : kFillers)
+    if (std::abs(x * kInch - filler) < 0.5)
+      NoteInput(path, Format("states %g dots an inch, which many programs write without knowing "
+                             "the scale",
+                             filler));
+  return x;
 }
 
 void WritePng(const GrayImage& image, const std::string& path,

@@ -43,6 +43,7 @@ struct ExifData {
   double focal_35mm = 0;  // focal length of a 35-mm camera with the same view [mm]; 0: unknown
   int width = 0;          // of the picture as it was taken, before it was turned [px]; 0: unknown
   int height = 0;
+  double density = 0;  // dots in a metre, of the programs that write it [px/m]; 0: unknown
 };
 
 struct Photograph {
@@ -52,6 +53,11 @@ struct Photograph {
 
 // Reads an image in colour, with what EXIF says about the camera.
 Photograph ReadPhotograph(const std::string& path);
+
+// The dots a metre that a file states [px/m]: pHYs of a PNG; of a JPEG the density of JFIF, else
+// the resolution of EXIF. Throws InputError where it states none, or two that differ. Notes 72 and
+// 96 an inch, which programs write that know none.
+double ReadPixelsPerMetre(const std::string& path);
 
 // Writes an 8-bit PNG (a silhouette as black cloth on white). If `discs` are given, a comment in
 // the file names them. The write is atomic: throws InputError, naming the path, when the folder or

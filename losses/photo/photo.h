@@ -90,7 +90,13 @@ void VisitFields(Options& options, Visitor&& visit) {
   auto& [marker, specimen, support, disc, disc_height, tag, tag_height, focal_35mm, px_per_m,
          threshold, mask, cloth_points, ground_points] = options;
   const auto length = [](const char* key, const char* doc, double least, double most) {
-    return Field{.key = key, .doc = doc, .unit = "m", .least = least, .most = most};
+    return Field{.key = key,
+                 .doc = doc,
+                 .unit = "m",
+                 .least = least,
+                 .most = most,
+                 .usual_least = least,
+                 .usual_most = 0.6};
   };
   visit(marker,
         Field{.key = "marker",
@@ -108,12 +114,16 @@ void VisitFields(Options& options, Visitor&& visit) {
                                  "the main camera of a telephone; 0: that of the file's EXIF data",
                           .unit = "mm",
                           .least = 0,
-                          .most = 10000});
+                          .most = 10000,
+                          .usual_least = 10,
+                          .usual_most = 1000});
   visit(px_per_m, Field{.key = "px_per_m",
                         .doc = "marker = none: scale of the picture, 11811 for 300 dots an inch",
                         .unit = "px/m",
                         .least = 0,
-                        .most = 1e7});
+                        .most = 1e7,
+                        .usual_least = 100,
+                        .usual_most = 1e5});
   visit(threshold, Field{.key = "threshold",
                          .doc = "where the cloth begins, from 0 (as the ground) to 1 (as the most "
                                 "unlike pixels); 0: found",

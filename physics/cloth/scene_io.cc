@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
-#include "physics/mesh/obj_io.h"
+#include "physics/mesh/scan_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
@@ -138,7 +138,7 @@ ObjSurface ReadSolid(const JsonInput& input, const std::string& folder) {
   if (input.Has("translation")) move = Vector(input.At("translation"), kMaxLength);
   const std::string path = (std::filesystem::path(folder) / file.String()).string();
   try {
-    ObjSurface surface = ReadObjSurface(path);
+    ObjSurface surface = ReadSurface(path);
     for (Eigen::Index i = 0; i < surface.x.size(); i += 3)
       surface.x.segment<3>(i) = scale * surface.x.segment<3>(i) + move;
     if (const double most = surface.x.cwiseAbs().maxCoeff(); !(most <= kMaxLength))

@@ -53,9 +53,15 @@ const char* ConventionName(Convention c) {
 }
 
 double ReadDensity(const JsonInput& input) {
+  constexpr double kLight = 0.01, kHeavy = 1.5;  // of fabrics
   const double density = input.Number();
+  const std::string hint = UnitHint(density, "kg/m2", kLight, kHeavy);
   if (density < kMinDensity || density > kMaxDensity)
-    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity));
+    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity) + hint);
+  if (density < kLight || density > kHeavy)
+    NoteInput(
+        input.Name(),
+        Format("found %g kg/m2, of fabrics expected %g … %g", density, kLight, kHeavy) + hint);
   return density;
 }
 

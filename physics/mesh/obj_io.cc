@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include "physics/mesh/self_intersection.h"
@@ -55,19 +56,37 @@ bool ParseWhole(std::string_view text, T& value) {
 
 std::string Quoted(std::string_view text) { return std::string(1, '\'').append(text) + '\''; }
 
+// What says nothing of the triangles, in files of all kinds of programs.
+constexpr std::string_view kSilent[] = {
+    "o",   "g",     "s",        "usemtl",   "mtllib", "l",  "p",          "usemap",   "maplib",
+    "lod", "bevel", "c_interp", "d_interp", "mg",     "vp", "shadow_obj", "trace_obj"};
+constexpr size_t kMostSkipped = 5;  // that are named
+
 class Parser {
  public:
   Parser(const std::string& path, bool round_to_float)
       : path_(path), round_to_float_(round_to_float) {}
 
   ObjContent Parse(std::string_view text) {
-    while (!text.empty()) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+    std::string joined;  // lines that a backslash continues
+    for (int number = 1; !text.empty(); ++number) {
       const size_t end = std::min(text.find('\n'), text.size());
-      ++line_;
-      ParseLine(text.substr(0, end));
+      std::string_view line = text.substr(0, end);
       text.remove_prefix(std::min(end + 1, text.size()));
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      if (joined.empty()) line_ = number;
+      const bool is_comment = joined.empty() && line.starts_with('#');  // "# C:\" ends there
+      if (line.ends_with('\\') && !is_comment && !text.empty()) {
+        line.remove_suffix(1);
+        joined.append(line) += ' ';
+      } else {
+        ParseLine(joined.append(line));
+        joined.clear();
+      }
     }
-    CheckUpperBounds();
+    AddTriangles();
     return std::move(content_);
   }
 
@@ -81,31 +100,38 @@ class Parser {
     if (tokens.empty()) return;
     const std::string_view key = tokens[0];
     if (key == "v") {
-      const auto n = ParseNumbers(tokens, 3, 3);
+      const auto n = ParseNumbers(tokens, {3, 4, 6, 7});  // with w, or a colour
+      if (tokens.size() == 5 && ParseNumber(tokens[4]) != 1)
+        Fail("w is " + std::string(tokens[4]) + ", expected 1 or none");
       content_.v.emplace_back(n[0], n[1], n[2]);
     } else if (key == "vt") {
-      const auto n = ParseNumbers(tokens, 2, 3);
+      const auto n = ParseNumbers(tokens, {2, 3});
       content_.vt.emplace_back(n[0], n[1]);
     } else if (key == "vn") {
-      ParseNumbers(tokens, 3, 3);
+      ParseNumbers(tokens, {3});
       ++content_.num_vn;
     } else if (key == "f") {
       ParseFace(tokens);
-    } else if (key != "o" && key != "g" && key != "s" && key != "usemtl" && key != "mtllib") {
-      Fail("unknown keyword " + Quoted(key) + ", expected v vt vn f o g s usemtl mtllib or #");
+    } else if (std::find(std::begin(kSilent), std::end(kSilent), key) == std::end(kSilent) &&
+               content_.skipped.size() < kMostSkipped) {
+      content_.skipped.insert(Quoted(key));
     }
   }
 
-  std::array<double, 3> ParseNumbers(const Tokens& tokens, size_t min_count,
-                                     size_t max_count) const {
+  std::array<double, 3> ParseNumbers(const Tokens& tokens,
+                                     const std::vector<size_t>& counts) const {
     const size_t count = tokens.size() - 1;
-    if (count < min_count || count > max_count) {
-      Fail(Quoted(tokens[0]) + " has " + std::to_string(count) + " numbers, expected " +
-           std::to_string(min_count) +
-           (max_count > min_count ? " or " + std::to_string(max_count) : ""));
+    if (std::find(counts.begin(), counts.end(), count) == counts.end()) {
+      std::string expected;
+      for (const size_t each : counts)
+        expected += (expected.empty()        ? ""
+                     : each == counts.back() ? " or "
+                                             : ", ") +
+                    std::to_string(each);
+      Fail(Quoted(tokens[0]) + " has " + std::to_string(count) + " numbers, expected " + expected);
     }
     std::array<double, 3> numbers = {};
-    for (size_t k = 0; k < count; ++k) numbers[k] = ParseNumber(tokens[k + 1]);
+    for (size_t k = 0; k < std::min<size_t>(count, 3); ++k) numbers[k] = ParseNumber(tokens[k + 1]);
     return numbers;
   }
 
@@ -118,11 +144,10 @@ class Parser {
   }
 
   void ParseFace(const Tokens& tokens) {
-    if (tokens.size() != 4) {
-      Fail("the face has " + std::to_string(tokens.size() - 1) + " corners, expected 3");
-    }
-    content_.faces.push_back(
-        {{ParseCorner(tokens[1]), ParseCorner(tokens[2]), ParseCorner(tokens[3])}, line_});
+    if (tokens.size() < 4)
+      Fail("the face has " + std::to_string(tokens.size() - 1) + " corners, expected 3 or more");
+    for (size_t k = 1; k < tokens.size(); ++k) corners_.push_back(ParseCorner(tokens[k]));
+    polygons_.push_back({line_, corners_.size()});
   }
 
   // A corner is written as a, a/b, a//c or a/b/c.
@@ -152,14 +177,21 @@ class Parser {
   }
 
   // Runs at the end of the file, since a face may precede its vertices.
-  void CheckUpperBounds() {
-    for (const ObjFace& face : content_.faces) {
-      line_ = face.line;
-      for (const ObjCorner& corner : face.corner) {
-        CheckUpperBound("v", corner.v, content_.v.size());
-        CheckUpperBound("vt", corner.vt, content_.vt.size());
-        CheckUpperBound("vn", corner.vn, content_.num_vn);
+  void AddTriangles() {
+    size_t begin = 0;
+    for (const auto& [line, end] : polygons_) {
+      line_ = line;
+      std::vector<Eigen::Vector3d> points;
+      for (size_t k = begin; k < end; ++k) {
+        CheckUpperBound("v", corners_[k].v, content_.v.size());
+        CheckUpperBound("vt", corners_[k].vt, content_.vt.size());
+        CheckUpperBound("vn", corners_[k].vn, content_.num_vn);
+        points.push_back(content_.v[corners_[k].v]);
       }
+      for (const auto& [a, b, c] : SplitPolygon(points, path_ + ":" + std::to_string(line)))
+        content_.faces.push_back(
+            {{corners_[begin + a], corners_[begin + b], corners_[begin + c]}, line});
+      begin = end;
     }
   }
 
@@ -173,6 +205,8 @@ class Parser {
   const std::string& path_;
   const bool round_to_float_;
   ObjContent content_;
+  std::vector<ObjCorner> corners_;
+  std::vector<std::pair<int, size_t>> polygons_;  // line, end among the corners
   int line_ = 0;
 };
 
@@ -182,7 +216,12 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 ObjContent Load(const std::string& path, const ObjOptions& options) {
   ObjContent content = ParseObj(ReadWholeFile(path), path, options.round_to_float);
-  if (content.faces.empty()) throw InputError(path, "the file has no faces");
+  std::string skipped;
+  for (const std::string& key : content.skipped) (skipped += skipped.empty() ? "" : ", ") += key;
+  if (content.faces.empty())
+    throw InputError(
+        path, "the file has no faces" + (skipped.empty() ? "" : "; no keyword of OBJ: " + skipped));
+  if (!skipped.empty()) NoteInput(path, "skipped lines that begin with " + skipped);
   if (options.first_vt_is_dummy && !content.vt.empty()) {
     content.vt.erase(content.vt.begin());
   }
@@ -254,9 +293,17 @@ Eigen::Matrix2Xd MaterialCoordinates(const ObjContent& content, const std::strin
                              ", and z is not constant; expected one vt per vertex or a flat mesh");
 }
 
-// Rejects texture coordinates in 0 … 1, which would otherwise be read as a cloth of one metre.
-void CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
-                       const std::string& path) {
+// Whether texture coordinates are places on a picture rather than in a cloth of metres.
+bool FillsUnitSquare(const Eigen::Matrix2Xd& uv) {
+  constexpr double kNear = 0.01;
+  return (uv.rowwise().minCoeff().array().abs() < kNear).all() &&
+         ((uv.rowwise().maxCoeff().array() - 1.0).abs() < kNear).all();
+}
+
+// The material coordinates. Those in 0 … 1 would otherwise be read as a cloth of one metre: of a
+// flat mesh x and y are taken in their place.
+Eigen::Matrix2Xd CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
+                                   const std::string& path) {
   double length_uv = 0, length_v = 0;
   for (const ObjFace& face : content.faces) {
     for (int k = 0; k < 3; ++k) {
@@ -265,11 +312,15 @@ void CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
       length_v += (content.v[b] - content.v[a]).norm();
     }
   }
-  if (length_uv <= 2 * length_v && length_v <= 2 * length_uv) return;
+  const double most = FillsUnitSquare(uv) ? 1.1 : 2.0;
+  if (length_uv <= most * length_v && length_v <= most * length_uv) return uv;
   const double edges = 3.0 * content.faces.size();
-  throw InputError(path, "vt is not in metres: its mean edge is " +
-                             std::to_string(length_uv / edges) + ", that of v is " +
-                             std::to_string(length_v / edges));
+  const std::string found = "vt is not in metres: its mean edge is " +
+                            std::to_string(length_uv / edges) + ", that of v is " +
+                            std::to_string(length_v / edges);
+  if (!IsFlat(content)) throw InputError(path, found);
+  NoteInput(path, found + "; of the flat mesh x and y are taken");
+  return UvFromXy(content);
 }
 
 // Turns over a mesh that is clockwise throughout. A mixed orientation is an error at the line of
@@ -294,12 +345,50 @@ void OrientCounterClockwise(const ObjContent& content, const Eigen::Matrix2Xd& u
 
 }  // namespace
 
+std::vector<std::array<int, 3>> SplitPolygon(const std::vector<Eigen::Vector3d>& corners,
+                                             const std::string& where) {
+  constexpr int kMost = 1000;
+  constexpr double kRounding = 1e-9;
+  const int n = static_cast<int>(corners.size());
+  if (n < 3) throw InputError(where, Format("found a face of %d corners, expected 3 or more", n));
+  if (n == 3) return {{0, 1, 2}};
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (int k = 0; k < n; ++k)
+    normal += (corners[k] - corners[0]).cross(corners[(k + 1) % n] - corners[0]);
+  const auto least_area = [&](int from) {
+    double least = HUGE_VAL;
+    for (int k = 1; k + 1 < n; ++k) {
+      const Eigen::Vector3d a = corners[(from + k) % n] - corners[from],
+                            b = corners[(from + k + 1) % n] - corners[from];
+      least = std::min(least, a.cross(b).dot(normal));
+    }
+    return least;
+  };
+  int best = 0;
+  double area = -HUGE_VAL;
+  for (int from = 0; from < n && n <= kMost; ++from)
+    if (const double least = least_area(from); least > area)
+      std::tie(best, area) = std::pair(from, least);
+  if (!(area >= -kRounding * normal.squaredNorm()))
+    throw InputError(where, Format("found a face of %d corners, expected 3, or a polygon of at "
+                                   "most %d of which one corner sees all",
+                                   n, kMost));
+  std::vector<std::array<int, 3>> triangles;
+  for (int k = 1; k + 1 < n; ++k) triangles.push_back({best, (best + k) % n, (best + k + 1) % n});
+  return triangles;
+}
+
 ObjContent ParseObj(std::string_view text, const std::string& path, bool round_to_float) {
   return Parser(path, round_to_float).Parse(text);
 }
 
 ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options) {
   return MakeSurface(Load(path, options));
+}
+
+Eigen::Vector3d Extents(const ObjSurface& surface) {
+  const auto x = surface.x.reshaped(3, surface.x.size() / 3);
+  return x.rowwise().maxCoeff() - x.rowwise().minCoeff();
 }
 
 void RequireClosed(const ObjSurface& surface, const std::string& where) {
@@ -342,8 +431,8 @@ void RequireSolid(const ObjSurface& surface, const std::string& where) {
 
 Mesh ReadObj(const std::string& path, const ObjOptions& options) {
   const ObjContent content = Load(path, options);
-  const Eigen::Matrix2Xd uv = MaterialCoordinates(content, path);
-  CheckUvIsInMetres(content, uv, path);
+  CheckUsual(path + ": extent", Extents(MakeSurface(content)).maxCoeff(), "m", 0.01, 5);
+  const Eigen::Matrix2Xd uv = CheckUvIsInMetres(content, MaterialCoordinates(content, path), path);
   ObjSurface surface = MakeSurface(content);
   OrientCounterClockwise(content, uv, path, surface.triangles);
   return BuildMesh(surface.x, uv, surface.triangles, path);

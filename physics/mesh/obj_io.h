@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,8 +28,15 @@ struct ObjContent {
   std::vector<Eigen::Vector3d> v;
   std::vector<Eigen::Vector2d> vt;
   int num_vn = 0;
-  std::vector<ObjFace> faces;
+  std::vector<ObjFace> faces;     // polygons as triangles
+  std::set<std::string> skipped;  // keywords that are not of OBJ, in quotes: the first few
 };
+
+// Cuts a polygon into triangles of its corners, by their numbers, from the corner that gives the
+// largest smallest triangle. Throws InputError (prefix `where`) where no corner sees all others,
+// and for more than 1000.
+std::vector<std::array<int, 3>> SplitPolygon(const std::vector<Eigen::Vector3d>& corners,
+                                             const std::string& where);
 
 // Parses the subset of OBJ that obj_io.h describes. `path` is used in messages only. Throws
 // InputError("path:line", …).
@@ -48,11 +56,15 @@ struct ObjSurface {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// Reads a strict subset of OBJ: v (3 numbers), vt (2 or 3), vn (3), f (3 corners a, a/b, a//c or
-// a/b/c; a negative index counts from the last entry), comments, CRLF; o g s usemtl mtllib are
-// skipped. Throws InputError("path:line", …) for anything else: a missing or extra field, a face
-// that is not a triangle, an index out of range, a number that is not finite.
+// Reads the triangles of an OBJ file: v (x y z, a w of 1 or a colour), vt (2 or 3 numbers), vn (3),
+// f (3 or more corners a, a/b, a//c or a/b/c; a negative index counts from the last entry; polygons
+// by SplitPolygon), comments, a byte order mark, CRLF, lines that a backslash continues. Other
+// keywords of OBJ are skipped, unknown ones with a note (NoteInput). Throws InputError("path:line",
+// …) for a missing or extra field, an index out of range, a number that is not finite.
 ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options = {});
+
+// Along x, y and z [m].
+Eigen::Vector3d Extents(const ObjSurface& surface);
 
 // What bounds a solid: every edge is of two faces, which traverse it in opposite directions. Throws
 // InputError that names `where`, the face and the edge.
@@ -62,10 +74,11 @@ void RequireClosed(const ObjSurface& surface, const std::string& where);
 void RequireSolid(const ObjSurface& surface, const std::string& where);
 
 // Reads a cloth [MODEL, M1]. Its material coordinates [m] are the vt when each vertex has exactly
-// one vt value, otherwise x and y when all z are equal. A mesh that is clockwise throughout in
-// these coordinates is turned over. Throws InputError as ReadObjSurface and BuildMesh do, and when
-// there are no material coordinates, when only some faces are clockwise, or when the vt are not in
-// metres (their mean edge is more than twice or less than half that of v).
+// one vt value, otherwise x and y when all z are equal; also, with a note, when the vt are not in
+// metres: their mean edge is more than twice or less than half that of v, or, of vt from 0 to 1,
+// differs by more than a tenth. A mesh that is clockwise throughout in these coordinates is turned
+// over. Throws InputError as ReadObjSurface and BuildMesh do, when there are no material
+// coordinates, when only some faces are clockwise, and for an extent that CheckUsual refuses.
 Mesh ReadObj(const std::string& path, const ObjOptions& options = {});
 
 // Writes positions x [m], shape [3V], with the faces of the mesh and with vt = uv. The write is

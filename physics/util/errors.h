@@ -16,4 +16,18 @@ class InputError : public std::runtime_error {
       : std::runtime_error(where + ": " + problem) {}
 };
 
+// Tells the user on stderr what a reader made of an input that could mean something else, in one
+// line. The same note about a second input is left out.
+void NoteInput(const std::string& where, const std::string& note);
+
+// The units in which a value would be within [least, most], for the end of an error about a value
+// that is not: "; in cm it would be 0.06 m". Empty where none fits. `unit`: m, cm, mm, inch; kg/m2,
+// g/m2; deg, rad; px/m, px/cm, px/mm, px/inch; no other has a hint.
+std::string UnitHint(double value, const std::string& unit, double least, double most);
+
+// Throws InputError for a value out of its usual range [least, most] that another unit would bring
+// there, and tells it. Notes any other value out of that range.
+void CheckUsual(const std::string& where, double value, const std::string& unit, double least,
+                double most);
+
 }  // namespace drape

@@ -43,6 +43,21 @@ double NumberBetween(const JsonInput& input, double least, double most) {
   input.Fail("a number > " + low.dump() + " and < " + high.dump());
 }
 
+// A length of a strip [m].
+double Length(const JsonInput& input) {
+  const double length = NumberBetween(input, 0.0, kLongest);
+  CheckUsual(input.Name(), length, "m", 0.005, 0.5);
+  return length;
+}
+
+// The weighed mass of a fabric [kg/m²], which a file states in g/m²; 0: it does not.
+double Density(const JsonInput& file, const char* key) {
+  if (!file.Has(key) || file.At(key).value().is_null()) return 0.0;
+  const double mass = file.At(key).NumberWithin(0.0, 1e4);
+  if (mass > 0.0) CheckUsual(file.At(key).Name(), mass, "g/m2", 10.0, 1500.0);
+  return mass / 1e3;
+}
+
 LabPoint ReadPoint(const JsonInput& input, const Form& form) {
   input.ExpectKeys({form.set, form.reading});
   return {NumberBetween(input.At(form.set), 0.0, form.most_set),
@@ -61,9 +76,10 @@ LabMeasurement ReadLabMeasurement(const JsonInput& input, const std::string& pat
   if (tensile) keys.push_back("length");
   input.ExpectKeys(keys);
   measurement.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
-  if (tensile) measurement.length = NumberBetween(input.At("length"), 0.0, kLongest);
-  if (tensile || input.Has("width"))
-    measurement.width = NumberBetween(input.At("width"), 0.0, kLongest);
+  if (measurement.direction != 0.0)
+    CheckUsual(input.At("direction").Name(), std::abs(measurement.direction), "deg", 2.0, 360.0);
+  if (tensile) measurement.length = Length(input.At("length"));
+  if (tensile || input.Has("width")) measurement.width = Length(input.At("width"));
   if (tensile && !(measurement.length >= measurement.width &&
                    measurement.length <= kMostWidths * measurement.width))
     input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
@@ -75,6 +91,11 @@ LabMeasurement ReadLabMeasurement(const JsonInput& input, const std::string& pat
     measurement.points.push_back(ReadPoint(points.At(i), MeasurementForm(measurement.kind)));
   std::stable_sort(measurement.points.begin(), measurement.points.end(),
                    [](const LabPoint& a, const LabPoint& b) { return a.set < b.set; });
+  if (tensile) return measurement;
+  double steepest = 0.0;
+  for (const LabPoint& point : measurement.points) steepest = std::max(steepest, point.reading);
+  CheckUsual(points.Name() + ": largest angle", steepest, "deg", 2.0, 90.0);
+  CheckUsual(points.Name() + ": largest length", measurement.points.back().set, "m", 0.005, 0.5);
   return measurement;
 }
 
@@ -172,13 +193,24 @@ std::vector<LabMeasurement> ReadRawData(const JsonInput& file, const std::string
   for (const FabStrip& strip : kStrips)
     if (raw.Has(strip.key)) strips.push_back(ReadStrip(raw.At(strip.key).At("S2"), path, strip));
   if (strips.empty()) raw.Fail("the strips \"W\", \"B\" or \"L\"");
+  for (LabMeasurement& strip : strips) strip.density = Density(raw, "M");
   return strips;
 }
 
-// The file of raw data beside a .u3m.
-std::string FindRawData(const JsonInput& material, const std::string& path) {
-  const JsonInput devices = material.At("material").At("physics").At("devices");
-  return (fs::path(path).parent_path() / devices.At("fab").String()).string();
+// The file of raw data beside a .u3m, whose own weight comes first.
+std::vector<LabMeasurement> ReadU3m(const JsonInput& material, const std::string& path) {
+  const JsonInput physics = material.At("material").At("physics");
+  const std::string raw =
+      (fs::path(path).parent_path() / physics.At("devices").At("fab").String()).string();
+  const nlohmann::json document = ReadJsonFile(raw);
+  std::vector<LabMeasurement> strips = ReadRawData(JsonInput(document, raw), raw);
+  const double density = Density(physics, "weight");
+  if (density > 0.0 && density != strips[0].density && strips[0].density > 0.0)
+    NoteInput(path, Format("weight is %g g/m2, which is used; M of %s is %g", 1e3 * density,
+                           raw.c_str(), 1e3 * strips[0].density));
+  for (LabMeasurement& strip : strips)
+    if (density > 0.0) strip.density = density;
+  return strips;
 }
 
 constexpr double kDegree = M_PI / 180.0;
@@ -271,9 +303,7 @@ std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path) {
   const JsonInput input(document, path);
   if (input.Has("raw_data")) return ReadRawData(input, path);
   if (!input.Has("material") || !input.Has("schema")) return {ReadLabMeasurement(input, path)};
-  const std::string raw = FindRawData(input, path);
-  const nlohmann::json raw_document = ReadJsonFile(raw);
-  return ReadRawData(JsonInput(raw_document, raw), raw);
+  return ReadU3m(input, path);
 }
 
 StripSimulation::StripSimulation(const LabMeasurement& measurement, int point, const Law& law)

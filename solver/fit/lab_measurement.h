@@ -41,11 +41,12 @@ struct LabMeasurement {
   double width = 0.0;                 // [m]; tensile only: of a cantilever it cancels
   double sigma = 1.0;                 // standard deviation of a reading [°] or [1]
   std::vector<LabPoint> points = {};  // by rising overhang or force
+  double density = 0.0;               // of the fabric, as the file states [kg/m²]; 0: it does not
 };
 
 // The measurements of one file that a user names, in one of two forms. Throws InputError (file,
-// key, value, what was expected) for a key that is unknown or missing, a value out of range, and
-// strips without a loading or without a stretch.
+// key, value, what was expected) for a key that is unknown or missing, a value out of range or in
+// another unit (CheckUsual), and strips without a loading or without a stretch.
 //
 // One measurement, whose points may be in any order; `width` of a cantilever may be left out:
 //   {"test": "cantilever", "direction": 0, "sigma": 1.0, "width": 0.025,
@@ -62,7 +63,8 @@ struct LabMeasurement {
 // The loading of each strip with the largest force counts. It begins where the strip is taut: its
 // first sample is the rest length, its mean force over the first samples zero. The points are means
 // of ten equal parts of the force. The readings' standard deviation is one hundredth of the largest
-// strain, at least 1e-3: the file states none. Other members (bending loops, thickness) are not
+// strain, at least 1e-3: the file states none. The density is raw_data.M, or, before it,
+// material.physics.weight of a .u3m, both in g/m². Other members (bending loops, thickness) are not
 // read.
 std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path);
 

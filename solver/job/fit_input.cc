@@ -179,9 +179,30 @@ void RequireStartTables(const FitSpec& spec, const MaterialField& start) {
     throw InputError("start", "found a negative stretch entry, expected none");
 }
 
-void ReadAllStartTables(const FitSpec& spec, const FitData& data, FitInput* input) {
+// The weighed density [kg/m²]: what the user says, or a file of tests; 0: neither.
+double FindDensity(const FitData& data, const std::vector<LabMeasurement>& measurements,
+                   std::vector<std::string>* notes) {
+  constexpr double kAgree = 0.05;  // of two weighings
+  double density = data.density;
+  std::string from = "of option 'density'";
+  for (const LabMeasurement& each : measurements) {
+    if (each.density == 0.0 || each.density == density) continue;
+    const std::string stated = Format("%s states %g g/m2", each.file.c_str(), 1e3 * each.density);
+    if (density == 0.0) {
+      density = each.density;
+      from = "of " + each.file;
+      notes->push_back("the mass of the fabric: " + stated);
+    } else if (std::abs(each.density / density - 1.0) > kAgree) {
+      notes->push_back(stated + Format(", but %g g/m2 ", 1e3 * density) + from + " is used");
+      break;
+    }
+  }
+  return density;
+}
+
+void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density, FitInput* input) {
   FitProblem& problem = input->problem;
-  problem.material = ReadStartTables(spec, data.material, data.density, &input->notes);
+  problem.material = ReadStartTables(spec, data.material, density, &input->notes);
   if (!data.other_materials.empty() && data.num_observations() == 0)
     throw InputError("other_materials",
                      "found some without images, expected none: laboratory tests are fitted from "
@@ -434,8 +455,9 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   for (std::string& note : ListNotes(input.problem.observations))
     input.notes.push_back(std::move(note));
   PrepareWarp(spec.model, !measurements.empty(), input.problem, &input.notes);
-  input.density_is_given = data.density > 0.0;
-  ReadAllStartTables(spec, data, &input);
+  const double density = FindDensity(data, measurements, &input.notes);
+  input.density_is_given = density > 0.0;
+  ReadAllStartTables(spec, data, density, &input);
   NoteDensity(measurements, &input);
   input.prior = ReadPrior(spec, input.problem.material.density);
   if (!data.ground_truth.empty())

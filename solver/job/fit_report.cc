@@ -380,7 +380,10 @@ std::string LaboratoryText(const FitProblem& problem, const FitReport& report) {
 ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem& problem,
                      const StagedFitState& state, const FitReport& report) {
   const double prior_sigma = spec.stages.prior_sigma;
-  ordered_json json = {{"tool", "drape_fit"}, {"status", report.cancelled ? "cancelled" : "done"}};
+  ordered_json json = {{"tool", "drape_fit"},
+                       {"status", report.cancelled  ? "cancelled"
+                                  : report.fitted() ? "done"
+                                                    : "failed"}};
   json.update(
       {{"model", ToString(spec.model)}, {"verdict", VerdictJson(report)}, {"notes", report.notes}});
   if (report.fitted()) {

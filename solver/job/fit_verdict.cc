@@ -148,7 +148,7 @@ class SheetWriter {
     const auto add = [&](const char* key, const char* name, const char* unit, const char* standard,
                          const Quantity& quantity, std::optional<double> reads_up_to = {}) {
       Add(key, name, unit, standard, quantity,
-          {.resistance = Resistance::kStretching, .reads_up_to = reads_up_to});
+          {.resistance = Resistance::kStretching, .of_mass = false, .reads_up_to = reads_up_to});
     };
     add("shear_n_per_m", "shear rigidity G", "N/m", "c33/2",
         [](const LinearFabric& f) { return f.shear; });
@@ -168,7 +168,7 @@ class SheetWriter {
           Quantity([=](const LinearFabric& f) {
             return ExtensionPercent(force, StripStiffness(f, warp));
           }),
-          {.resistance = Resistance::kStretching, .reads_up_to = reads_up_to});
+          {.resistance = Resistance::kStretching, .of_mass = false, .reads_up_to = reads_up_to});
     };
     const char *fast = "FAST-3, linear", *kes = "KES-FB1, linear";
     extension("fast_e5", "extension E5", fast, kFastForces[0], kFastMostExtension);

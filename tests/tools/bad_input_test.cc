@@ -48,7 +48,11 @@ struct BadInput {
 
 const BadInput kBadInputs[] = {
     {"TruncatedObj", "mesh", "a.obj", [] { return std::string("v 0 0 0\nv 1 0"); }, "a.obj:2"},
-    {"QuadrangleObj", "mesh", "a.obj", [] { return Square("f 1 2 3 4"); }, "a.obj:6"},
+    {"FaceOfTwoCorners", "mesh", "a.obj", [] { return Square("f 1 3"); }, "a.obj:6"},
+    {"MillimetreObj", "mesh", "a.obj", [] { return "v 0 0 0\nv 300 0 0\nv 0 300 0\nf 1 2 3\n"; },
+     "in mm it would be 0.3 m"},
+    {"GramsForKilograms", "fabric", "m.json",
+     [] { return Fabric([](auto& f) { f["density"] = 1500; }); }, "in g/m2 it would be 1.5 kg/m2"},
     {"DuplicateFaces", "mesh", "a.obj", [] { return Square("f 1 2 3\nf 1 3 4"); }, "face 2"},
     {"NonManifoldEdge", "mesh", "a.obj", [] { return "v .5 .2 0\n" + Square("f 2 3 5\nf 1 2 3"); },
      "a.obj"},

@@ -31,11 +31,11 @@ struct Given {
   std::string found;   // the text as the user gave it
   std::string folder;  // that paths are relative to; empty: the working directory
 
-  [[noreturn]] void Fail(const std::string& expected) const {
+  [[noreturn]] void Fail(const std::string& expected, const std::string& hint = "") const {
     const std::string range = RangeText(option);
     const std::string unit = option.unit.empty() ? "" : " " + option.unit;
     throw InputError(where, "found " + found + ", expected " + expected +
-                                (range.empty() ? "" : ", " + range + unit));
+                                (range.empty() ? "" : ", " + range + unit) + hint);
   }
 };
 
@@ -51,7 +51,11 @@ Number ParseNumber(const Given& given, const std::string& text) {
   }
   const Option& option = given.option;
   const bool below = option.above_least ? number <= option.least : number < option.least;
-  if (below || number > option.most) given.Fail(expected);
+  const double least = std::max(option.least, option.usual_least),
+               most = std::min(option.most, option.usual_most);
+  if (below || number > option.most)
+    given.Fail(expected, UnitHint(number, option.unit, least, most));
+  if (number != 0) CheckUsual(given.where, number, option.unit, least, most);
   return number;
 }
 

@@ -212,11 +212,11 @@ void OpenStandardStreams() {
       (void)!open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
 }
 
-// Warnings and errors on stderr, no log files. Verbose lines are INFO, which GLOG_v in the
-// environment asks for.
+// No log files. Of libraries only what ends the program is on stderr; GLOG_v in the environment
+// asks for more.
 void StartLogging(const char* program) {
   FLAGS_logtostderr = true;
-  FLAGS_minloglevel = FLAGS_v > 0 ? google::GLOG_INFO : google::GLOG_WARNING;
+  FLAGS_minloglevel = FLAGS_v > 0 ? google::GLOG_INFO : google::GLOG_FATAL;
   google::InitGoogleLogging(program);
 }
 

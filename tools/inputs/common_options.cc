@@ -89,6 +89,12 @@ Option PositiveOption(const std::string& key, Option::Value number, double most,
   return option;
 }
 
+Option Usual(Option option, double least, double most) {
+  option.usual_least = least;
+  option.usual_most = most;
+  return option;
+}
+
 Option TimeStepOption(Option::Value time_step, const std::string& doc) {
   return PositiveOption("time_step", std::move(time_step), 10, doc, "s");
 }

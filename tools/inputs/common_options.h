@@ -37,6 +37,8 @@ Option NumberOption(const std::string& key, Option::Value number, double least, 
 // A number above 0, up to `most`, or several.
 Option PositiveOption(const std::string& key, Option::Value number, double most,
                       const std::string& doc, const std::string& unit = "");
+// The option with the range of most users' values (Field::usual_least).
+Option Usual(Option option, double least, double most);
 // A time step [s], or several.
 Option TimeStepOption(Option::Value time_step, const std::string& doc = "time step");
 // A file or a folder, or several.

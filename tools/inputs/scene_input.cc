@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/inputs/scene_input.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <optional>
 #include <variant>
@@ -145,7 +143,7 @@ LoadedScene LoadScene(const SceneInput& input) {
     loaded.fabric = ReadFabric(input.fabric.path,
                                ReadingPolicy(law, input.fabric.min_relative_stiffness), &mesh);
   for (const std::string& warning : loaded.fabric.material.warnings)
-    LOG(WARNING) << MakePrintableLine(warning);
+    NoteInput(input.fabric.path, warning);
   loaded.model = MakeSceneModel(input, std::move(mesh), loaded.discs);
   const std::optional<double> support = SupportRadius(loaded.model->scene);
   if (input.start == "flat") {

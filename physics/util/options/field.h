@@ -73,7 +73,10 @@ struct Field {
   std::string unit = {};                                    // empty: none
   double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
   double most = std::numeric_limits<double>::infinity();
-  bool above_least = false;               // the least itself is excluded
+  bool above_least = false;  // the least itself is excluded
+  // Most users' values (CheckUsual); 0, where it is allowed, is never unusual.
+  double usual_least = -std::numeric_limits<double>::infinity();
+  double usual_most = std::numeric_limits<double>::infinity();
   bool is_option = true;                  // on the command line
   bool in_key = true;                     // of a checkpoint: another value is another fit
   std::vector<std::string> choices = {};  // of a text; empty: any text

@@ -5,6 +5,7 @@
 #include <glog/logging.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -96,6 +97,16 @@ std::string MaterialSum(const MaterialField& material) {
   for (const StretchTable& table : material.stretch) add(table.entries(), kStretchEntries);
   for (const BendTable& table : material.bend) add(table.entries(), kBendEntries);
   return Sha256(bytes);
+}
+
+Eigen::AlignedBox3d BoxAround(const Eigen::VectorXd& x) {
+  const auto points = x.reshaped(3, x.size() / 3);
+  return {Eigen::Vector3d(points.rowwise().minCoeff()),
+          Eigen::Vector3d(points.rowwise().maxCoeff())};
+}
+std::string PlaceText(const Eigen::AlignedBox3d& box) {
+  const Eigen::Vector3d middle = box.center();
+  return Format("(%.2f, %.2f, %.2f) m", middle.x(), middle.y(), middle.z());
 }
 
 void AddFrame(const WornFrame& frame, GarmentRun* run) {
@@ -200,7 +211,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
-  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_fps);
+  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
   ChooseSteps(&spec_);
@@ -255,6 +266,12 @@ void WearJob::RefuseStart(const State& start, int vertex, const std::string& fou
 
 // Contact keeps cloth out of itself and the body out of cloth, but takes neither out.
 void WearJob::CheckStart(const State& start) const {
+  const Eigen::AlignedBox3d cloth = BoxAround(start.x), body = BoxAround(body_->Positions(0.0));
+  if (!cloth.intersects(body))
+    throw InputError(spec_.garment,
+                     "found a garment about " + PlaceText(cloth) + " and a body about " +
+                         PlaceText(body) +
+                         ", expected them to meet: move one, or set --body_up or --body_scale");
   if (const auto vertex = FindStartPiercing(sewn_, *body_, spec_.wear, start))
     RefuseStart(start, *vertex, "the body passes through",
                 "panels around it: move them apart, or set a smaller --edge");
@@ -297,7 +314,13 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   run.wear.frames = at.frame + 1;
   run.vertices = model().mesh.num_vertices();
   run.faces = model().mesh.num_faces();
-  run.hem_height = at.state.x.reshaped(3, run.vertices).row(2).minCoeff();
+  const Eigen::AlignedBox3d last = BoxAround(at.state.x);
+  run.hem_height = last.min().z();
+  if (run.wear.status == WearStatus::kDone &&
+      last.max().z() < BoxAround(body_->Positions(at.frame / kFrameRate)).min().z()) {
+    run.wear.status = WearStatus::kFailed;
+    run.wear.reason = "the garment has dropped off: all of it is below the body";
+  }
   return run;
 }
 
@@ -393,7 +416,13 @@ GarmentResult RunWearJob(const WearSpec& spec, const WearRunOptions& options,
 }
 
 Json WearSummary(const GarmentResult& result) {
-  Json json = {{"tool", "drape_garment"}, {"status", result.cancelled ? "cancelled" : "done"}};
+  const bool failed =
+      std::any_of(result.runs.begin(), result.runs.end(),
+                  [](const GarmentRun& run) { return run.wear.status == WearStatus::kFailed; });
+  Json json = {{"tool", "drape_garment"},
+               {"status", result.cancelled ? "cancelled"
+                          : failed         ? "failed"
+                                           : "done"}};
   VisitFields(result.spec, [&](const auto& value, const Field& field) { json[field.key] = value; });
   json["frames_per_second"] = kFrameRate;
   json["backend"] = result.device;

@@ -47,7 +47,7 @@ class GeometryCacheWriter {
 struct WearSpec {
   std::string garment;                  // ReadPattern
   std::string body = "mannequin:walk";  // ParseBody
-  double body_fps = 30.0;               // of a body of OBJ files
+  BodyFiles body_files = {};            // of a body of files
   double edge = 0.012;                  // of the triangles [m]
   int draws = 1;                        // materials, or starts of one material
   int seed = 1;                         // of the starts
@@ -57,21 +57,29 @@ struct WearSpec {
 
 template <MutableOrConst<WearSpec> Spec, class Visitor>
 void VisitFields(Spec& spec, Visitor&& visit) {
-  auto& [garment, body, body_fps, edge, draws, seed, seconds, wear] = spec;
+  auto& [garment, body, body_files, edge, draws, seed, seconds, wear] = spec;
   visit(garment, Field{.key = "garment",
                        .doc = "sewing pattern: configs/garments/circle_skirt.json, another of that "
                               "format, or a specification of GarmentCode",
                        .is_path = true});
   visit(body, Field{.key = "body",
                     .doc = "mannequin:stand, mannequin:walk, mannequin:turn, mannequin:jump, or "
-                           "the OBJ files of a body of your own, DIR/body_%04d.obj",
+                           "the files of a body of your own (OBJ, STL, PLY), DIR/body_%04d.obj",
                     .is_path = true,
                     .words = {"mannequin:"}});
-  visit(body_fps, Field{.key = "body_fps",
-                        .doc = "files of a body of your own for each second",
-                        .unit = "1/s",
-                        .least = 1,
-                        .most = 1000});
+  visit(body_files.frames_per_second, Field{.key = "body_fps",
+                                            .doc = "files of a body of your own for each second",
+                                            .unit = "1/s",
+                                            .least = 1,
+                                            .most = 1000});
+  visit(body_files.up, Field{.key = "body_up",
+                             .doc = "axis of those files that points up; y: z is to the front",
+                             .choices = {"z", "y"}});
+  visit(body_files.scale, Field{.key = "body_scale",
+                                .doc = "their unit of length in metres, such as 0.01",
+                                .unit = "m",
+                                .least = 1e-4,
+                                .most = 1});
   visit(edge, Field{.key = "edge",
                     .doc = "length of the triangles' edges",
                     .unit = "m",

@@ -126,6 +126,51 @@ TEST_F(ImageFile, RejectsTruncatedImages) {
   }
 }
 
+// Scanners state the dots an inch: 300 of them are 11811 in a metre.
+TEST_F(ImageFile, StatesItsScale) {
+  const auto gray = Box(64, 64);
+  std::vector<uint8_t> png = EncodePng(gray.data(), 64, 64, PNG_FORMAT_GRAY);
+  const auto chunk = [&](uint32_t x, uint32_t y, uint8_t unit) {
+    std::vector<uint8_t> bytes = png, more = {0, 0, 0, 9, 'p', 'H', 'Y', 's'};
+    for (const uint32_t number : {x, y})
+      for (int shift = 24; shift >= 0; shift -= 8) more.push_back(uint8_t(number >> shift));
+    more.insert(more.end(), {unit, 0, 0, 0, 0});
+    bytes.insert(bytes.begin() + 33, more.begin(), more.end());
+    return Put("scan.png", bytes);
+  };
+  EXPECT_EQ(ReadPixelsPerMetre(chunk(11811, 11811, 1)), 11811);
+  const auto expect_bad = [](const std::string& path, const std::string& text) {
+    EXPECT_THAT([&] { ReadPixelsPerMetre(path); }, ThrowsMessage<InputError>(HasSubstr(text)));
+  };
+  expect_bad(chunk(11811, 23622, 1), "scan.png: states 299.999 and 599.999 dots an inch");
+  expect_bad(chunk(1, 1, 0), "states 0 and 0 dots");
+  expect_bad(Put("plain.png", png), "states 0 and 0 dots");
+  std::vector<uint8_t> jpeg = EncodeJpeg(gray, 64, 64, 1);
+  ASSERT_EQ(jpeg[6], 'J');
+  const auto jfif = [&](uint8_t unit, uint8_t x) {
+    jpeg[13] = unit;
+    jpeg[14] = jpeg[16] = 0;
+    jpeg[15] = jpeg[17] = x;
+    return Put("scan.jpg", jpeg);
+  };
+  EXPECT_DOUBLE_EQ(ReadPixelsPerMetre(jfif(1, 254)), 1e4);
+  EXPECT_DOUBLE_EQ(ReadPixelsPerMetre(jfif(2, 100)), 1e4);
+  expect_bad(jfif(0, 1), "states 0 and 0 dots");
+  testing::internal::CaptureStderr();
+  EXPECT_DOUBLE_EQ(ReadPixelsPerMetre(jfif(1, 72)), 72 / 0.0254);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("states 72 dots an inch, which"));
+  // EXIF, little-endian, before what JFIF leaves open: 200/2 in a centimetre.
+  std::vector<uint8_t> exif = {
+      0xFF, 0xE1, 0,  82,  'E', 'x', 'i',  'f', 0, 0,  'I', 'I', 42, 0,    8, 0, 0, 0, 3,
+      0,    0x1A, 1,  5,   0,   1,   0,    0,   0, 50, 0,   0,   0,  0x1B, 1, 5, 0, 1, 0,
+      0,    0,    58, 0,   0,   0,   0x28, 1,   3, 0,  1,   0,   0,  0,    3, 0, 0, 0, 0,
+      0,    0,    0,  200, 0,   0,   0,    2,   0, 0,  0,   200, 0,  0,    0, 2, 0, 0, 0};
+  exif[3] = uint8_t(exif.size() - 2);
+  jfif(0, 1);
+  jpeg.insert(jpeg.begin() + 20, exif.begin(), exif.end());
+  EXPECT_DOUBLE_EQ(ReadPixelsPerMetre(Put("camera.jpg", jpeg)), 1e4);
+}
+
 // Some telephones write bytes between the last pixel and the end marker; elsewhere they are damage.
 TEST_F(ImageFile, AcceptsStrayBytesBeforeTheEndAlone) {
   const std::vector<uint8_t> jpeg = EncodeJpeg(Box(64, 64), 64, 64, 1);

@@ -76,6 +76,22 @@ TEST_F(LabMeasurementFile, BadValuesAreNamed) {
   expect(With(kTensile, "5.0", "0"), "'points[0].force': found 0, expected a number > 0.0");
 }
 
+TEST_F(LabMeasurementFile, OtherUnitsAreNamed) {
+  const auto expect = [&](const std::string& path, const std::string& text) {
+    EXPECT_INPUT_ERROR(ReadLabMeasurements(path), text);
+  };
+  expect(With(kCantilever, "0.06", "6"),
+         "bad.json: key 'points': largest length: found 6 m, expected about 0.005 … 0.5 m; in cm "
+         "it would be 0.06");
+  const std::string angles = With(kCantilever, "41.5", "0.724");
+  expect(With(Read(angles), "30}", "0.5236}"),
+         "largest angle: found 0.724 deg, expected about 2 … 90 deg; in rad it would be 41.48 deg");
+  expect(With(kCantilever, "45,", "0.7854,"),
+         "'direction': found 0.7854 deg, expected about 2 … 360 deg; in rad it would be 45 deg");
+  expect(With(kTensile, "0.2,", "8,"), "key 'length': found 8 m");
+  expect(With(kTensile, "0.05,", "5,"), "key 'width': found 5 m");
+}
+
 class FabMeasurementFile : public FileFixture {
  protected:
   // One way of a strip of 8 cm that follows F = k·strain, from strain 0 to `most` or back, with an
@@ -133,6 +149,28 @@ TEST_F(FabMeasurementFile, IsFoundThroughItsMaterial) {
             R"({"schema": "1.1", "material": {"physics": {"devices": {"fab": "raw.json"}}}})");
   EXPECT_EQ(ReadLabMeasurements(material).size(), 3u);
   EXPECT_EQ(ReadLabMeasurements(material)[2].name, "raw_warp");
+  EXPECT_EQ(ReadLabMeasurements(material)[2].density, 0.15);
+}
+
+TEST_F(FabMeasurementFile, StatesTheMass) {
+  const auto density = [&](const nlohmann::json& mass, const std::string& weight) {
+    nlohmann::json file = File();
+    file["raw_data"]["M"] = mass;
+    Write("raw.json", file.dump());
+    return ReadLabMeasurements(Write("a.u3m", R"({"schema": "1.1", "material": {"physics": {)" +
+                                                  weight + R"("devices": {"fab": "raw.json"}}}})"))
+        .front()
+        .density;
+  };
+  EXPECT_EQ(density(300, ""), 0.3);
+  EXPECT_EQ(density(nullptr, ""), 0.0);
+  EXPECT_EQ(density(300, R"("weight": null, )"), 0.3);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(density(300, R"("weight": 120, )"), 0.12);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("weight is 120 g/m2"));
+  EXPECT_INPUT_ERROR(density(0.3, ""),
+                     "raw.json: key 'raw_data.M': found 0.3 g/m2, expected about "
+                     "10 … 1500 g/m2; in kg/m2 it would be 300 g/m2");
 }
 
 TEST_F(FabMeasurementFile, OtherFilesAreMeasurementsOfOurs) {

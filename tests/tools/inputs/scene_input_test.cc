@@ -268,6 +268,42 @@ TEST_F(TestFitTool, BadTestsAreOneLine) {
   EXPECT_FALSE(std::filesystem::exists(Path("fit/summary.json")));
 }
 
+// A FAB file states 300 g/m2: it is used, --density wins with a note, and a strip needs no mass.
+TEST_F(TestFitTool, TheMassOfATestFileIsUsed) {
+  Json way = Json::array();
+  for (int i = 0; i <= 100; ++i) way.insert(way.end(), {8.0 + 0.008 * i, 60.0 * i / 10});
+  const Json file = {
+      {"raw_data",
+       {{"W", {{"S2", {{"width", 5}, {"samplesTree", Json::array({way})}}}}}, {"M", 300}}}};
+  const std::string tests = "--lab_tests=" + Write("knit.json", file.dump());
+  const auto run = [&](const std::vector<std::string>& options) {
+    const ProcessResult result = Fit(options);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return ReadJson(Path("fit/summary.json"));
+  };
+  const Json read = run({tests});
+  EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.3);
+  EXPECT_THAT(read.at("notes").dump(), testing::HasSubstr("knit.json states 300 g/m2"));
+  EXPECT_EQ(read.dump().find("if the assumed mass is right"), std::string::npos);
+  const Json given = run({tests, "--density=0.15"});
+  EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.15);
+  EXPECT_THAT(given.at("notes").dump(),
+              testing::HasSubstr("but 150 g/m2 of option 'density' is used"));
+  Json without = file;
+  without["raw_data"].erase("M");
+  Write("knit.json", without.dump());
+  EXPECT_EQ(run({tests}).dump().find("if the assumed mass is right"), std::string::npos);
+}
+
+TEST_F(TestFitTool, UnitsOfOptionsAreNamed) {
+  const std::string test = "--lab_tests=" + kSceneConfigs + "lab_tests/wool_cantilever_warp.json";
+  ExpectOneLineError(Fit({test, "--density=150"}),
+                     "option 'density': found '150', expected a number, 0 … 10 kg/m2; in g/m2 it "
+                     "would be 0.15 kg/m2");
+  ExpectOneLineError(Fit({test, "--specimen=30"}), "in cm it would be 0.3 m");
+  ExpectOneLineError(Fit({test, "--support=7"}), "found 7 m, expected about 0.02 … 0.6 m; in cm");
+}
+
 TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
   const std::string test = kSceneConfigs + "lab_tests/wool_cantilever_warp.json";
   ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second measurement of the name");

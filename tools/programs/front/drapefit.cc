@@ -108,6 +108,7 @@ struct ShortWayOptions {
   double focal_35mm = 0.0;       // of the lens, as for a full-frame camera [mm]; 0: from the file
   std::string picture = "auto";  // "photo", "silhouette"
   std::string warp = kUnknownWarp;  // ParseWarp
+  ScaleInput scale;                 // of a silhouette or a scan
   std::string fit_config;           // of drape_fit; empty: that of two numbers and a posterior
   int draws = 16;                   // of the prediction
   int threads = 0;                  // 0: all cores
@@ -150,6 +151,12 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
                           (options.picture == "auto" && IsSilhouette(ReadImage(picture)));
   const std::vector<std::string> discs = {Format("--specimen=%g", options.specimen),
                                           Format("--support=%g", options.support)};
+  std::vector<std::string> scale;
+  if (options.scale.dpi) scale.push_back("--dpi");
+  std::string ruler;
+  for (const double number : options.scale.ruler)
+    ruler += Format("%s%.9g", ruler.empty() ? "--ruler=" : ",", number);
+  if (!ruler.empty()) scale.push_back(ruler);
   std::vector<Step> steps;
   Step fit = {"fit", {}, out + "/fit/summary.json"};
   const std::string config = options.fit_config.empty()
@@ -163,6 +170,8 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
                        "make a silhouette of it, black cloth on white");
     Step photo = {"photo", {picture}, out + "/photo/summary.json"};
     photo.arguments.insert(photo.arguments.end(), discs.begin(), discs.end());
+    if (!scale.empty()) photo.arguments.push_back("--marker=none");
+    photo.arguments.insert(photo.arguments.end(), scale.begin(), scale.end());
     if (options.focal_35mm > 0)
       photo.arguments.push_back(Format("--focal_35mm=%g", options.focal_35mm));
     photo.arguments.push_back("--warp=" + options.warp);
@@ -170,6 +179,8 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
     steps.push_back(photo);
     fit.arguments[1] = "--images=" + out + "/photo/silhouette.png";
     fit.arguments.push_back("--camera_file=" + out + "/photo/camera.json");
+  } else {
+    fit.arguments.insert(fit.arguments.end(), scale.begin(), scale.end());
   }
   const std::string threads = Format("--threads=%d", options.threads);
   fit.arguments.insert(fit.arguments.end(), discs.begin(), discs.end());
@@ -318,25 +329,23 @@ void Check(const ShortWayOptions& options) {
     throw InputError("option 'mass'",
                      "is missing, expected the mass of the fabric by area in g/m2, as weighed: a "
                      "drape shows stiffness over weight");
-  constexpr double kLightest = 10, kHeaviest = 1500;
-  if (options.mass < kLightest || options.mass > kHeaviest)
-    std::fprintf(stderr, "drapefit: note: a mass of %g g/m2; fabrics have %g to %g\n", options.mass,
-                 kLightest, kHeaviest);
 }
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
   const auto metres = [](const char* key, double* value, const char* doc) {
     return NumberOption(key, value, 0.05, 1, doc, "m");
   };
-  return {
-      NumberOption("mass", &options.mass, 0, 10000,
-                   "mass of the fabric by area, as weighed; needed", "g/m2"),
+  std::vector<Option> list = {
+      Usual(NumberOption("mass", &options.mass, 0, 10000,
+                         "mass of the fabric by area, as weighed; needed", "g/m2"),
+            10, 1500),
       metres("specimen", &options.specimen, "diameter of the flat specimen"),
       metres("support", &options.support, "diameter of the support"),
-      NumberOption("focal_35mm", &options.focal_35mm, 0, 2000,
-                   "focal length of the photograph's lens as for a full-frame camera; 0: from the "
-                   "file",
-                   "mm"),
+      Usual(NumberOption("focal_35mm", &options.focal_35mm, 0, 2000,
+                         "focal length of the photograph's lens as for a full-frame camera; 0: "
+                         "from the file",
+                         "mm"),
+            10, 1000),
       ChoiceOption("picture", &options.picture, {"auto", "photo", "silhouette"},
                    "what the picture is; auto: a silhouette where nearly all pixels are black or "
                    "white, which is taken as seen by the camera of the published images"),
@@ -348,6 +357,7 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
       NumberOption("threads", &options.threads, 0, 4096,
                    "number of threads of each step; 0: all cores"),
       PathOption("out", &options.out, "output folder; empty: out/ and the name of the picture")};
+  return Concatenate(list, FieldOptionList(options.scale));
 }
 
 // Points into `options`, which outlives it. verbs: a line for each program, for the help.

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "physics/mesh/obj_io.h"
+#include "physics/mesh/scan_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
@@ -48,6 +48,33 @@ class FrameNames {
   std::string before_, after_;
   int digits_ = 1;
 };
+
+// In metres, with z up.
+ObjSurface ReadFrame(const std::string& path, const BodyFiles& files) {
+  ObjSurface surface = ReadSurface(path);
+  surface.x *= files.scale;
+  if (files.up == "z") return surface;
+  for (Eigen::Index i = 0; i < surface.x.size(); i += 3) {
+    const Vector3d p = surface.x.segment<3>(i);
+    surface.x.segment<3>(i) = Vector3d(p.x(), -p.z(), p.y());
+  }
+  return surface;
+}
+
+// Other programs have other units and axes.
+void CheckUpright(const ObjSurface& body, const std::string& path, const BodyFiles& files) {
+  constexpr double kSmallest = 0.4, kLargest = 2.8;  // of people, arms out [m]
+  constexpr double kDeepest = 1.5, kWidest = 2.0;    // of the height
+  const Vector3d size = Extents(body);
+  CheckUsual(path + Format(": extent, with --body_scale=%g", files.scale), size.maxCoeff(), "m",
+             kSmallest, kLargest);
+  if (size.y() > kDeepest * size.z() || size.x() > kWidest * size.z())
+    throw InputError(
+        path, Format("found a body of %.2f m along x, %.2f m along y and %.2f m "
+                     "along z with --body_up=%s, expected one that is upright along z; "
+                     "try --body_up=%s",
+                     size.x(), size.y(), size.z(), files.up.c_str(), files.up == "z" ? "y" : "z"));
+}
 
 std::string FaceText(const std::array<int, 3>& t) {
   return Format("%d %d %d", t[0] + 1, t[1] + 1, t[2] + 1);
@@ -136,20 +163,22 @@ class BodySequence : public Body {
 
 }  // namespace
 
-std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, double frames_per_second) {
+std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files) {
+  const double frames_per_second = files.frames_per_second;
   if (!(frames_per_second >= 1 && frames_per_second <= 1e5))
     throw InputError("body",
                      Format("%g frames per second, expected 1 … 100000", frames_per_second));
   const FrameNames names(name_pattern);
   const int start = std::filesystem::exists(names.Name(0)) ? 0 : 1;
   const std::string first_path = names.Name(start);
-  const ObjSurface first = ReadObjSurface(first_path);
+  const ObjSurface first = ReadFrame(first_path, files);
   RequireClosed(first, first_path);
   RequireSolid(first, first_path);
+  CheckUpright(first, first_path, files);
   std::vector<Eigen::VectorXd> frames = {first.x};
   for (int k = start + 1; k < kMaxFrames && std::filesystem::exists(names.Name(k)); ++k) {
     const std::string path = names.Name(k);
-    ObjSurface next = ReadObjSurface(path);
+    ObjSurface next = ReadFrame(path, files);
     CheckSameFaces(next, first, path, first_path);
     CheckSpeed(frames.back(), next.x, frames_per_second, path, names.Name(k - 1));
     RequireSolid(next, path);
@@ -159,10 +188,9 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, double f
   return std::make_unique<BodySequence>(first.triangles, std::move(frames), frames_per_second);
 }
 
-std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
-                                double frames_per_second) {
+std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files) {
   constexpr char kMannequin[] = "mannequin:";
-  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, frames_per_second);
+  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, files);
   const auto kind =
       ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
   return std::make_unique<Mannequin>(kind, arm_angle);

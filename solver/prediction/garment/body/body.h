@@ -37,23 +37,31 @@ class Body {
   int num_vertices_;
 };
 
-// Reads a user's body: the OBJ files whose names follow from a pattern such as "body_%04d.obj",
-// numbered from 0 or 1 to the last without a gap, with the same faces in all. Metres, z up.
+// How the files of a body are meant.
+struct BodyFiles {
+  double frames_per_second = 30;
+  std::string up = "z";  // the axis that points up; "y": then z is to the front
+  double scale = 1;      // the unit of length [m]
+};
+
+// Reads a user's body: the files (ReadSurface) whose names follow from a pattern such as
+// "body_%04d.obj", numbered from 0 or 1 to the last without a gap, with the same faces in all.
 // Vertices move linearly from frame to frame and rest after the last. The pelvis is the part of the
 // body between 45 % and 65 % of its height in the first frame; its motion is the rigid motion that
 // fits that of these vertices best.
 //
 // Throws InputError for a name without one %0Nd, for fewer than one frame per second, and, naming
-// file and place, for a missing file, a file that ReadObjSurface refuses, a surface that is not
+// file and place, for a missing file, a file that ReadSurface refuses, an extent that another unit
+// would make that of a person (CheckUsual), a body that is not upright, a surface that is not
 // closed, whose faces are clockwise as seen from outside, or that intersects itself, faces or
 // vertices that differ from those of the first frame, and a vertex that moves faster than 20 m/s.
-std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, double frames_per_second);
+std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files);
 
 // Makes the body that a user names: "mannequin:walk" (or any other MotionKind), with the arms
-// lifted to arm_angle for dressing [rad], or the names of OBJ files, "DIR/body_%04d.obj", so many
-// of them a second. Throws InputError for another motion, and as Mannequin and ReadBodySequence do.
+// lifted to arm_angle for dressing [rad], or the names of files, "DIR/body_%04d.obj". Throws
+// InputError for another motion, and as Mannequin and ReadBodySequence do.
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
-                                double frames_per_second = 30);
+                                const BodyFiles& files = {});
 
 // What the mannequin does [METHODS, P65]: it stands and breathes, walks on one spot at one stride a
 // second, turns to and fro, or jumps.

@@ -31,7 +31,7 @@ std::string ReadAndSew(const std::string& path) {
 }
 
 std::string ReadBody(const std::string& folder) {
-  const auto body = ReadBodySequence(folder + "/body_%04d.obj", 30);
+  const auto body = ReadBodySequence(folder + "/body_%04d.obj", {});
   return body->Positions(0.0).allFinite() && body->Positions(0.02).allFinite()
              ? ""
              : "read a body that is not finite";

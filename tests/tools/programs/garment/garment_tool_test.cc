@@ -24,6 +24,8 @@ namespace {
 const std::string kGarment = std::string(DRAPE_BIN_DIR) + "/drape_garment";
 const std::string kSkirt = std::string(DRAPE_SOURCE_DIR) + "/configs/garments/circle_skirt.json";
 
+const std::string kDress = std::string(DRAPE_SOURCE_DIR) + "/configs/garments/tank_dress.json";
+
 class GarmentTool : public ToolFixture {
  protected:
   ProcessResult Dress(const std::vector<std::string>& more) {
@@ -95,6 +97,7 @@ TEST_F(GarmentTool, AFailureNamesItsPlace) {
   };
   const GarmentResult result = RunWearJob(spec, {.out = Path("failed")}, one_fabric, {});
   ASSERT_EQ(result.runs.at(0).wear.status, WearStatus::kFailed);
+  EXPECT_EQ(WearSummary(result).at("status"), "failed");
   const std::string failure = result.runs[0].wear.reason;
   double x = 0.0, y = 0.0, z = 0.0;
   int vertex = 0;
@@ -125,6 +128,26 @@ TEST_F(GarmentTool, BadInputIsOneLine) {
   ExpectOneLineError(Dress({out, material, "--body=" + Path("body_%04d.obj")}), "body_");
   ExpectOneLineError(Dress({out, material, "--garment=" + kFabric}), "cotton_blue.json");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+// A body of thin rods beside the garment, or too thin to hold it.
+TEST_F(GarmentTool, ABodyHasToMeetAndHoldTheGarment) {
+  const auto write = [&](double x, double z) {
+    test::ClosedMesh rod = test::MakeBall(1.0, 2);
+    rod.x = (Eigen::Vector3d(0.02, 0.02, 0.3).asDiagonal() * rod.x).colwise() +
+            Eigen::Vector3d(x, 0.0, z);
+    WriteObj(Path("body_0000.obj"), ObjSurface{rod.x.reshaped(), rod.triangles});
+  };
+  const std::vector<std::string> options = {"--out=" + Path("out"), "--fabric=" + kFabric,
+                                            "--body=" + Path("body_%04d.obj"), "--seconds=0.52",
+                                            "--garment=" + kDress};
+  write(2.0, 1.1);
+  ExpectOneLineError(Dress(options), "and a body about (2.00, ");
+  write(0.0, 1.3);
+  const ProcessResult result = Dress(options);
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.err, testing::HasSubstr("has dropped off: all of it is below the body"));
+  EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("status"), "failed");
 }
 
 // A thin rod that passes through a face of the skirt: to get out, the cloth would have to part.

@@ -214,7 +214,7 @@ TEST_F(SimulateTool, WhatIsNoDrapeHasNoDrapeCoefficient) {
   };
   expect({start, "--steps=0"}, "tangled");
   expect({"--camera_scale=5000"}, "not all in the picture");
-  expect({"--camera_scale=1"}, "too small in the picture");
+  expect({"--specimen=0.06", "--support=0.036", "--camera_scale=110"}, "too small in the picture");
   ASSERT_EQ(Simulate().exit_code, 0);
   EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("fault").is_null());
 }

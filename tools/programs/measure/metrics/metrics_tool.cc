@@ -18,7 +18,7 @@
 #include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
-#include "physics/mesh/obj_io.h"
+#include "physics/mesh/scan_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -57,9 +57,9 @@ struct View {
 struct ViewedFile {
   std::string path;
   ObservedDrape seen;
-  Camera camera;                        // with the centre of this drape
-  std::optional<ImageQuality> quality;  // of an image
-  std::optional<ObjSurface> surface;    // of a mesh [m]
+  Camera camera;  // with the centre of this drape
+  ImageQuality quality;
+  std::optional<ObjSurface> surface;  // of a mesh [m]
 };
 
 std::string LowerExtension(const fs::path& path) {
@@ -68,7 +68,7 @@ std::string LowerExtension(const fs::path& path) {
   return extension;
 }
 
-bool IsMesh(const fs::path& path) { return LowerExtension(path) == ".obj"; }
+bool IsMesh(const fs::path& path) { return IsSurfaceFile(path); }
 
 bool IsImage(const fs::path& path) {
   const std::string extension = LowerExtension(path);
@@ -81,13 +81,50 @@ bool IsFolder(const std::string& path) {
   return fs::is_directory(path);
 }
 
-// A drape by itself. Throws InputError for whatever cannot be read or seen.
-ViewedFile ViewFile(const std::string& path, const View& view) {
-  if (IsMesh(path)) {
-    const Camera camera = MakeCamera(view.camera, view.discs);
-    const ObjSurface surface = ReadObjSurface(path);
-    return {path, ObserveSurface(surface, camera, view.discs, path), camera, {}, surface};
+// Throws InputError for a mesh that is not of the size of a drape, as in another unit, or not seen
+// from above.
+void CheckMeshIsDrape(const ObjSurface& surface, const DrapeDiscs& discs, const std::string& path) {
+  const double least = 2 * kLeastRadius * discs.support, most = 2 * kLargestRadius * discs.specimen;
+  const Eigen::Vector3d size = Extents(surface);
+  const double width = size.maxCoeff();
+  if (width < least || width > most)
+    throw InputError(path, Format("the mesh is %.4g m wide, expected %.2f … %.2f m of a specimen "
+                                  "of ",
+                                  width, least, most) +
+                               ToString(discs) + UnitHint(width, "m", least, most));
+  if (size.z() > size.head<2>().minCoeff())
+    throw InputError(path, Format("the mesh is %.2f m along x, %.2f m along y and %.2f m along z, "
+                                  "expected a drape that hangs along z: is another axis up?",
+                                  size.x(), size.y(), size.z()));
+}
+
+// A mesh, checked like an image: through an image of it. Its centre is searched for from the middle
+// of its extents.
+ViewedFile ViewMesh(const std::string& path, const View& view) {
+  ObjSurface surface = ReadSurface(path);
+  CheckMeshIsDrape(surface, view.discs, path);
+  CameraInput input = view.camera;
+  const Camera camera = MakeCamera(input, view.discs);
+  if (view.centre == CentreMode::kOutline && !input.gives_camera() && !input.gives_centre()) {
+    auto x = surface.x.reshaped(3, surface.x.size() / 3);
+    const Eigen::Vector3d middle = 0.5 * (x.rowwise().minCoeff() + x.rowwise().maxCoeff());
+    x.topRows<2>().colwise() -= middle.head<2>();
   }
+  GrayImage image = ObserveSurface(surface, camera, view.discs, path).image;
+  if (!input.gives_camera() && !camera.is_pinhole()) {
+    input.scale = camera.scale;
+    input.image_width_mm = CameraInput::kNotGiven;
+  }
+  MeasuredImage measured =
+      MeasureImage({std::move(image), {}}, input, view.centre, view.discs, path);
+  return {path, ObserveImage(measured.image, measured.camera, view.discs, path), measured.camera,
+          std::move(measured.quality), std::move(surface)};
+}
+
+// A drape by itself. Throws InputError for whatever cannot be read or seen, and for what shows no
+// drape.
+ViewedFile ViewFile(const std::string& path, const View& view) {
+  if (IsMesh(path)) return ViewMesh(path, view);
   MeasuredImage measured =
       MeasureImage(ReadSilhouette(path), view.camera, view.centre, view.discs, path);
   return {path,
@@ -103,10 +140,15 @@ ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camer
   View same = view;
   same.camera.width = camera.width;
   same.camera.height = camera.height;
+  if (IsMesh(path) && view.camera.picture.given()) {
+    same.camera.scale = camera.scale;
+    same.camera.picture = {};
+  }
   ViewedFile file = ViewFile(path, same);
+  if (file.camera.pixels_per_metre() != camera.pixels_per_metre())
+    throw InputError(path, Format("is seen at %.1f px/m, expected the %.1f of the first image",
+                                  file.camera.pixels_per_metre(), camera.pixels_per_metre()));
   if (view.centre == CentreMode::kNominal) return file;
-  if (file.surface && !CentreOnOutline(file.seen.image, &file.camera))
-    throw InputError(path, "no closed outline around the support's centre");
   file.seen =
       ObserveImage(MovedImage(file.seen.image, file.camera, camera), camera, view.discs, path);
   return file;
@@ -148,9 +190,9 @@ struct MeasuredDrape {
   std::string file;
   std::string error;  // empty: measured
   Camera camera;
-  std::optional<ImageQuality> quality;  // of an image
-  double area = 0.0;                    // inside the outline [m²]
-  double mean_radius = 0.0;             // [m]
+  ImageQuality quality;
+  double area = 0.0;         // inside the outline [m²]
+  double mean_radius = 0.0;  // [m]
   ShapeFeatures shape;
   LaboratoryDrape laboratory;
 };
@@ -203,8 +245,8 @@ Json ShapeJson(const ShapeFeatures& shape) {
 }
 
 std::string CameraLine(const MeasuredDrape& drape) {
-  if (!drape.quality) return "a mesh, seen from above";
-  return CameraText(drape.camera, *drape.quality);
+  if (IsMesh(drape.file)) return "a mesh, seen from above";
+  return CameraText(drape.camera, drape.quality);
 }
 
 std::string CsvText(const std::string& text) {
@@ -215,8 +257,7 @@ std::string CsvText(const std::string& text) {
 
 std::string JoinedNotes(const MeasuredDrape& drape) {
   std::string text;
-  if (!drape.quality) return text;
-  for (const std::string& note : drape.quality->notes) text += (text.empty() ? "" : "; ") + note;
+  for (const std::string& note : drape.quality.notes) text += (text.empty() ? "" : "; ") + note;
   return text;
 }
 
@@ -231,8 +272,7 @@ std::string MeasuredText(const MeasuredDrape& drape) {
   for (const FeatureColumn& column : kFeatureColumns)
     text += line(column.name, column.value(drape.shape));
   text += SheetText(DrapeSheet(drape.laboratory, kSheetTitle));
-  if (!drape.quality) return text;
-  for (const std::string& note : drape.quality->notes) text += "  note: " + note + "\n";
+  for (const std::string& note : drape.quality.notes) text += "  note: " + note + "\n";
   return text;
 }
 
@@ -287,7 +327,7 @@ Json MeasuredJson(const MeasuredDrape& drape) {
   json["radius_mean_m"] = drape.mean_radius;
   json["laboratory"] = DrapeSheetJson(drape.laboratory, kSheetTitle);
   json["camera"] = CameraJson(drape.camera);
-  if (drape.quality) json["quality"] = QualityJson(*drape.quality);
+  json["quality"] = QualityJson(drape.quality);
   return json;
 }
 
@@ -340,8 +380,7 @@ View MakeView(const MetricsOptions& options, CentreMode by_default,
 }
 
 void AppendNotes(const ViewedFile& file, std::vector<std::string>* notes) {
-  if (!file.quality) return;
-  for (const std::string& note : file.quality->notes) notes->push_back(file.path + ": " + note);
+  for (const std::string& note : file.quality.notes) notes->push_back(file.path + ": " + note);
 }
 
 ComparedPair Compare(const std::string& a, const std::string& b, const View& view,
@@ -524,25 +563,25 @@ OptionTable MetricsTable(MetricsOptions& options) {
                                         FieldOptionList(options.discs), ViewOptions(options),
                                         Grouped("data set", FieldOptionList(options.data)),
                                         OfOneRun(FileOptions(options)));
-  return {
-      .tool = "drape_metrics",
-      .summary =
-          "measures drapes, compares two, scores predicted drapes, and evaluates predictors "
-          "without a model on a data set",
-      .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
-      .notes =
-          "one image or OBJ mesh: drape coefficient, folds, area, radii and other features of the "
-          "outline; a folder, or three or more files: a line for each; what cannot be measured "
-          "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
-          "two, A and B, are compared: two images or OBJ meshes; or two folders of images and "
-          "meshes: A holds samples of a distribution, B what was observed\n"
-          "aligned: after the rotation and reflection of B that brings its outline closest to "
-          "that of A\n",
-      .options = std::move(all),
-      .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
-                 "overlay", "data", "data_fabric", "out"},
-      .operands = &options.operands,
-      .operand_names = "[A [B …]]"};
+  return {.tool = "drape_metrics",
+          .summary =
+              "measures drapes, compares two, scores predicted drapes, and evaluates predictors "
+              "without a model on a data set",
+          .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
+          .notes =
+              "one image or mesh (OBJ, STL, PLY): drape coefficient, folds, area, radii and other "
+              "features of the "
+              "outline; a folder, or three or more files: a line for each; what cannot be measured "
+              "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
+              "two, A and B, are compared: two images or meshes; or two folders of images and "
+              "meshes: A holds samples of a distribution, B what was observed\n"
+              "aligned: after the rotation and reflection of B that brings its outline closest to "
+              "that of A\n",
+          .options = std::move(all),
+          .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
+                     "overlay", "data", "data_fabric", "out"},
+          .operands = &options.operands,
+          .operand_names = "[A [B …]]"};
 }
 
 // Measures one file, a folder or several files, compares two files or folders, or lists a data set

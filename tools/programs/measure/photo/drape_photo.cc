@@ -24,6 +24,7 @@ using Json = nlohmann::ordered_json;
 struct PhotoToolOptions {
   std::vector<std::string> operands;  // one photograph
   PhotoOptions photo;
+  ScaleInput scale;  // in place of photo.px_per_m
   std::string warp = kUnknownWarp;
   std::string out;
 };
@@ -102,13 +103,23 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
           "published images; overlay.png; summary.json\n"
           "exit code 2: the photograph was refused; refused.png in the output folder shows why, "
           "its other files are unchanged\n",
-      .options = Concatenate(FieldOptionList(options.photo),
+      .options = Concatenate(FieldOptionList(options.photo), FieldOptionList(options.scale),
                              std::vector<Option>{PlainOption("warp", &options.warp, kWarpDoc),
                                                  OutOption(options.out)}),
       .common = {"marker", "specimen", "support", "disc", "tag", "focal_35mm", "px_per_m", "warp",
                  "out"},
       .operands = &options.operands,
       .operand_names = "PHOTO"};
+}
+
+PhotoOptions WithScale(const PhotoToolOptions& options, const std::string& file) {
+  PhotoOptions photo = options.photo;
+  if (!options.scale.given()) return photo;
+  if (photo.marker != PhotoMarker::kNone || photo.px_per_m > 0)
+    throw InputError("option 'ruler' or 'dpi'",
+                     "found with a marker or px_per_m, expected --marker=none alone");
+  photo.px_per_m = options.scale.Find(file);
+  return photo;
 }
 
 // Writes silhouette.png, camera.json, projected.png, overlay.png and summary.json to options.out,
@@ -121,7 +132,7 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
   control.Report(0.1, "photograph read");
   const OutputFolder out(options.out, {"summary.json", "silhouette.png", "camera.json",
                                        "projected.png", "overlay.png", kRefused});
-  const PhotoResult result = MeasurePhoto(photo, options.photo);
+  const PhotoResult result = MeasurePhoto(photo, WithScale(options, file));
   if (control.cancelled()) return "";
   if (result.fault != PhotoFault::kNone) {
     WritePng(result.overlay, out.Staged(kRefused));

@@ -74,8 +74,9 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
           EnumOption("isotropic", options.target.keep,
                      "what an isotropic membrane (newton) is given: the nearest sheet, or exact "
                      "shear, or exact stretch and c12"),
-          NumberOption("thickness", &options.thickness, 0, 0.1,
-                       "of the fabric, which some targets need; 0: not known", "m"),
+          Usual(NumberOption("thickness", &options.thickness, 0, 0.1,
+                             "of the fabric, which some targets need; 0: not known", "m"),
+                5e-5, 0.01),
           EnumOption("law", options.law, "how stiffness follows from strain and curvature")};
 }
 
@@ -343,7 +344,8 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   const Law law = MakeLaw(options.law);
   const FabricSource source =
       ReadFabric(options.fabric.path, ReadingPolicy(law, options.fabric.min_relative_stiffness));
-  for (const std::string& warning : source.material.warnings) LOG(WARNING) << warning;
+  for (const std::string& warning : source.material.warnings)
+    NoteInput(options.fabric.path, warning);
   const std::string samples = SamplesText(options, source, law);
   const Drapes drapes(options, control);
   const OutputFolder out(options.out, {"summary.json"});

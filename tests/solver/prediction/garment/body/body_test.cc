@@ -38,7 +38,7 @@ class BodySequenceTest : public FileFixture {
     WriteObj(Path("body_000" + std::to_string(number) + ".obj"), surface);
   }
   std::unique_ptr<Body> ReadAll(double frames_per_second = 10) const {
-    return ReadBodySequence(Path("body_%04d.obj"), frames_per_second);
+    return ReadBodySequence(Path("body_%04d.obj"), {.frames_per_second = frames_per_second});
   }
 
   static const inline Triangles kFaces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
@@ -67,12 +67,37 @@ TEST_F(BodySequenceTest, ThePelvisFollowsTheRigidMotion) {
 }
 
 TEST_F(BodySequenceTest, RefusesBadNamesAndNumbers) {
-  EXPECT_INPUT_ERROR(ReadBodySequence("body.obj", 30), "expected a name with one number");
-  EXPECT_INPUT_ERROR(ReadBodySequence("body_%s.obj", 30), "expected a name with one number");
-  EXPECT_INPUT_ERROR(ReadBodySequence("%d_%d.obj", 30), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("body.obj", {}), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("body_%s.obj", {}), "expected a name with one number");
+  EXPECT_INPUT_ERROR(ReadBodySequence("%d_%d.obj", {}), "expected a name with one number");
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj");
   WriteFrame(0, 0);
   EXPECT_INPUT_ERROR(ReadAll(.5), "0.5 frames per second");
+}
+
+// Bodies of other programs: in centimetres, or with y up.
+TEST_F(BodySequenceTest, HasItsUnitAndAxis) {
+  const std::vector<Eigen::Vector3d> man = {{.3, .01, 0}, {0, .2, 0},  {-.3, 0, 0},
+                                            {0, -.1, 0},  {0, 0, 1.7}, {0, 0, -.1}};
+  WriteVertices(0, man);
+  const Eigen::VectorXd expected = ReadAll()->Positions(0);
+  auto other = man;
+  for (Eigen::Vector3d& v : other) v *= 100;
+  WriteVertices(0, other);
+  EXPECT_INPUT_ERROR(ReadAll(),
+                     "body_0000.obj: extent, with --body_scale=1: found 180 m, expected about 0.4 "
+                     "… 2.8 m; in cm it would be 1.8 m");
+  const auto read = [&](const BodyFiles& files) {
+    return ReadBodySequence(Path("body_%04d.obj"), files)->Positions(0);
+  };
+  EXPECT_LT((read({.scale = 0.01}) - expected).norm(), 1e-12);
+  for (std::size_t i = 0; i < man.size(); ++i) other[i] = {man[i].x(), man[i].z(), -man[i].y()};
+  WriteVertices(0, other);
+  EXPECT_INPUT_ERROR(ReadAll(),
+                     "found a body of 0.60 m along x, 1.80 m along y and 0.30 m along "
+                     "z with --body_up=z, expected one that is upright along z; try "
+                     "--body_up=y");
+  EXPECT_LT((read({.up = "y"}) - expected).norm(), 1e-12);
 }
 
 TEST_F(BodySequenceTest, RefusesAMissingNumber) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_metrics as a user runs it.
 #include <cmath>
+#include <fstream>
 
 #include "tests/losses/image/photograph.h"
 #include "tests/tools/tool_fixture.h"
@@ -146,6 +147,88 @@ TEST_F(MetricsTool, TwoMeshesAndAnImage) {
   const ProcessResult mixed = Run({AddDisc("d.png", 0.11), a});
   ASSERT_EQ(mixed.exit_code, 0) << mixed.err;
   EXPECT_THAT(mixed.out, testing::Not(HasSubstr("surface Hausdorff")));
+}
+
+// A scan anywhere in the plane is found, in each format; another unit or axis is named.
+TEST_F(MetricsTool, MeshesAreCheckedAsPicturesAre) {
+  std::ifstream in(AddMesh("a.obj", 0, -0.05));
+  std::vector<Eigen::Vector3d> v;
+  for (std::string key; in >> key && key == "v";) {
+    Eigen::Vector3d& p = v.emplace_back();
+    in >> p.x() >> p.y() >> p.z();
+  }
+  const auto dc = [&](const std::string& file) {
+    const ProcessResult result = Run({file, "--out=" + Path("m.json")});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return ReadJson(Path("m.json"))["shape"]["dc"].get<double>();
+  };
+  const auto write = [&](const std::string& name, const auto& move) {
+    const bool stl = name.ends_with(".stl");
+    std::string text = stl ? "solid s\n"
+                           : "ply\nformat ascii 1.0\nelement vertex 121\nproperty "
+                             "float x\nproperty float y\nproperty float z\nelement "
+                             "face 120\nproperty list uchar int vertex_index\n"
+                             "end_header\n";
+    const auto point = [&](int i) {
+      const Eigen::Vector3d p = move(v[i]);
+      return std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) +
+             "\n";
+    };
+    for (int i = 0; i < 121 && !stl; ++i) text += point(i);
+    for (int k = 0; k < 120; ++k) {
+      const int next = 1 + (k + 1) % 120;
+      text += stl ? "vertex " + point(0) + "vertex " + point(1 + k) + "vertex " + point(next)
+                  : "3 0 " + std::to_string(1 + k) + " " + std::to_string(next) + "\n";
+    }
+    return Write(name, text);
+  };
+  const double expected = dc(Path("a.obj"));
+  const Eigen::Vector3d far(0.7, -2.0, 1.0);
+  EXPECT_NEAR(dc(write("far.stl", [&](const Eigen::Vector3d& p) { return p + far; })), expected,
+              2e-3);
+  EXPECT_NEAR(dc(write("far.ply", [&](const Eigen::Vector3d& p) { return p + far; })), expected,
+              2e-3);
+  ExpectOneLineError(Run({Path("far.stl"), "--centre=nominal"}), "far.stl: ");
+  const std::string mm = write("mm.stl", [](const Eigen::Vector3d& p) { return 1000 * p; });
+  for (const std::vector<std::string>& operands :
+       {std::vector{mm}, std::vector{Path("a.obj"), mm}, std::vector{mm, mm, mm}})
+    ExpectOneLineError(Run(operands),
+                       " m wide, expected 0.17 … 0.32 m of a specimen of 30 cm on 18 cm; in mm it "
+                       "would be 0.2");
+  ExpectOneLineError(
+      Run({write("y.ply",
+                 [](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.x(), 0, p.y()); })}),
+      "expected a drape that hangs along z: is another axis up?");
+  ExpectOneLineError(Run({write("small.ply", [](const Eigen::Vector3d& p) { return 0.8 * p; })}),
+                     "of the centre, expected at least 86 with a support of 90 mm");
+}
+
+// A ruler of 20 cm along 500 px, and a scan of 2.5 dots in a millimetre.
+TEST_F(MetricsTool, TheScaleOfAPicture) {
+  const Camera camera = PhotographCamera();
+  WritePng(StarSilhouette(camera), Path("a.png"));
+  const auto scale = [&](const std::string& option) {
+    const ProcessResult result = Run({Path("a.png"), option, "--out=" + Path("m.json")});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return ReadJson(Path("m.json"))["camera"]["px_per_m"].get<double>();
+  };
+  EXPECT_NEAR(scale("--ruler=100,800,400,400,200"), 2500, 1e-9);
+  ExpectOneLineError(Run({Path("a.png"), "--ruler=100,800,400,400"}),
+                     "found 4 numbers and points 0 px apart");
+  ExpectOneLineError(Run({Path("a.png"), "--ruler=1,8,4,4,200"}),
+                     "found 5 numbers and points 5 px apart");
+  ExpectOneLineError(Run({Path("a.png"), "--ruler=100,800,400,400,0.2"}),
+                     "in m it would be 200 mm");
+  ExpectOneLineError(Run({Path("a.png"), "--ruler=100,800,400,400,200", "--camera_scale=2500"}),
+                     "found two of camera_scale, image_width_mm, dpi and ruler");
+  ExpectOneLineError(Run({Path("a.png"), "--dpi"}), "a.png: states 0 and 0 dots an inch");
+  std::string png = Read(Path("a.png"));
+  png.insert(33, std::string("\0\0\0\x09pHYs\0\0\x09\xC4\0\0\x09\xC4\x01\0\0\0\0", 21));
+  Write("a.png", png);
+  EXPECT_EQ(scale("--dpi"), 2500);
+  ExpectOneLineError(Run({Path("a.png"), "--camera_scale=25"}), "in px/cm it would be 2500");
+  ExpectOneLineError(Run({Path("a.png"), "--image_width_mm=48"}), "in cm it would be 480");
+  ExpectOneLineError(Run({AddMesh("a.obj", 0, 0), "--dpi"}), "found without a picture");
 }
 
 TEST_F(MetricsTool, DrapesOfDrapeSimulate) {
