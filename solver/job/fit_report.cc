@@ -374,7 +374,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
                      const StagedFitState& state, const FitReport& report) {
   const double prior_sigma = spec.stages.prior_sigma;
   ordered_json json = {{"tool", "drape_fit"},
-                       {"status", report.cancelled   ? "cancelled"
+                       {"status", report.cancelled  ? "cancelled"
                                   : report.fitted() ? "done"
                                                     : "failed"}};
   json.update(

@@ -212,8 +212,8 @@ void OpenStandardStreams() {
       (void)!open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY);
 }
 
-// No log files. Of libraries only what ends the program is on stderr; GLOG_v in the environment asks
-// for more.
+// No log files. Of libraries only what ends the program is on stderr; GLOG_v in the environment
+// asks for more.
 void StartLogging(const char* program) {
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = FLAGS_v > 0 ? google::GLOG_INFO : google::GLOG_FATAL;

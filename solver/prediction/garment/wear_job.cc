@@ -319,7 +319,7 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   if (run.wear.status == WearStatus::kDone &&
       last.max().z() < BoxAround(body_->Positions(at.frame / kFrameRate)).min().z()) {
     run.wear.status = WearStatus::kFailed;
-    run.wear.reason = "the garment has fallen: all of it is below the body";
+    run.wear.reason = "the garment has dropped off: all of it is below the body";
   }
   return run;
 }

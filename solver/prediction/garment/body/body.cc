@@ -62,7 +62,7 @@ ObjSurface ReadFrame(const std::string& path, const BodyFiles& files) {
 }
 
 // Other programs have other units and axes.
-void CheckStands(const ObjSurface& body, const std::string& path, const BodyFiles& files) {
+void CheckUpright(const ObjSurface& body, const std::string& path, const BodyFiles& files) {
   constexpr double kSmallest = 0.4, kLargest = 2.8;  // of people, arms out [m]
   constexpr double kDeepest = 1.5, kWidest = 2.0;    // of the height
   const Vector3d size = Extents(body);
@@ -71,7 +71,7 @@ void CheckStands(const ObjSurface& body, const std::string& path, const BodyFile
   if (size.y() > kDeepest * size.z() || size.x() > kWidest * size.z())
     throw InputError(
         path, Format("found a body of %.2f m along x, %.2f m along y and %.2f m "
-                     "along z with --body_up=%s, expected one that stands along z; "
+                     "along z with --body_up=%s, expected one that is upright along z; "
                      "try --body_up=%s",
                      size.x(), size.y(), size.z(), files.up.c_str(), files.up == "z" ? "y" : "z"));
 }
@@ -174,7 +174,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   const ObjSurface first = ReadFrame(first_path, files);
   RequireClosed(first, first_path);
   RequireSolid(first, first_path);
-  CheckStands(first, first_path, files);
+  CheckUpright(first, first_path, files);
   std::vector<Eigen::VectorXd> frames = {first.x};
   for (int k = start + 1; k < kMaxFrames && std::filesystem::exists(names.Name(k)); ++k) {
     const std::string path = names.Name(k);

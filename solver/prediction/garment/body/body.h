@@ -52,7 +52,7 @@ struct BodyFiles {
 //
 // Throws InputError for a name without one %0Nd, for fewer than one frame per second, and, naming
 // file and place, for a missing file, a file that ReadSurface refuses, an extent that another unit
-// would make that of a person (CheckUsual), a body that does not stand, a surface that is not
+// would make that of a person (CheckUsual), a body that is not upright, a surface that is not
 // closed, whose faces are clockwise as seen from outside, or that intersects itself, faces or
 // vertices that differ from those of the first frame, and a vertex that moves faster than 20 m/s.
 std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files);

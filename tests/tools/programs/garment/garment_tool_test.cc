@@ -146,7 +146,7 @@ TEST_F(GarmentTool, ABodyHasToMeetAndHoldTheGarment) {
   write(0.0, 1.3);
   const ProcessResult result = Dress(options);
   EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, testing::HasSubstr("has fallen: all of it is below the body"));
+  EXPECT_THAT(result.err, testing::HasSubstr("has dropped off: all of it is below the body"));
   EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("status"), "failed");
 }
 

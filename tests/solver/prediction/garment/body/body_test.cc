@@ -95,7 +95,7 @@ TEST_F(BodySequenceTest, HasItsUnitAndAxis) {
   WriteVertices(0, other);
   EXPECT_INPUT_ERROR(ReadAll(),
                      "found a body of 0.60 m along x, 1.80 m along y and 0.30 m along "
-                     "z with --body_up=z, expected one that stands along z; try "
+                     "z with --body_up=z, expected one that is upright along z; try "
                      "--body_up=y");
   EXPECT_LT((read({.up = "y"}) - expected).norm(), 1e-12);
 }
