@@ -102,7 +102,7 @@ TEST_F(HostileFiles, ShowNothingThatATerminalActsOn) {
   ExpectRefused(Drape({"--mesh=red.obj"}), "\\x1b[31mred\\x07");
   ExpectRefused(Drape({"--fabric=\x1b]0;title\x07.json"}), "\\x1b]0;title\\x07.json: no such file");
   Write("long.obj", "v 0 0 0\n" + std::string(1 << 20, 'k') + " 1 2 3\n");
-  ExpectRefused(Drape({"--mesh=long.obj"}), "long.obj:2");
+  ExpectRefused(Drape({"--mesh=long.obj"}), "long.obj: the file has no faces");
   ExpectRefused(Drape({"--fabric=" + std::string(5000, 'p')}), "pp…pp");
   WriteFabric("key.json", std::string(5000, 'n'), 1);
   ExpectRefused(Drape({"--fabric=key.json"}), "unknown key");

@@ -9,7 +9,7 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/mesh/obj_io.h"
+#include "physics/mesh/scan_io.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 
@@ -62,6 +62,18 @@ Reader MakeStateReader(const std::string& scratch) {
       .read = [mesh](const std::string& path) { return CheckState(ReadStart(path, *mesh, 0.01)); }};
 }
 
+Reader MakeScanReader(const std::string& file, const std::string& content) {
+  return {.name = file,
+          .file = file,
+          .content = content,
+          .read =
+              [](const std::string& path) {
+                return ReadSurface(path).x.allFinite() ? std::string()
+                                                       : "read a surface that is not finite";
+              },
+          .is_json = false};
+}
+
 }  // namespace
 
 std::vector<Reader> MakeClothReaders(const std::string& valid, const std::string& scratch) {
@@ -91,6 +103,12 @@ std::vector<Reader> MakeClothReaders(const std::string& valid, const std::string
                                                        : "read a surface that is not finite";
            },
        .is_json = false},
+      MakeScanReader("surface.stl",
+                     "solid a\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid a\n"),
+      MakeScanReader("surface.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float "
+                     "y\nproperty float z\nelement face 1\nproperty list uchar int "
+                     "vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
       {.name = "published mesh",
        .file = "drape.obj",
        .content = ReadText(scratch + "mesh.obj"),
