@@ -85,7 +85,9 @@ TEST_F(ScanIo, ReadsStl) {
                      "bad.stl:3: found 'x', expected a number");
   EXPECT_INPUT_ERROR(ReadSurface(Write("end.stl", "solid\nvertex 1 2 3\nvertex 1 2")),
                      "end.stl:3: the file ends early");
-  EXPECT_INPUT_ERROR(ReadSurface(Write("inf.stl", "solid\nvertex 1 2 inf\n")), "is not finite");
+  EXPECT_INPUT_ERROR(
+      ReadSurface(Write("inf.stl", "solid\n" + Triangle("0 0 0", "1 0 inf", "1 1 0"))),
+      "is not finite");
 }
 
 TEST_F(ScanIo, ReadsPly) {

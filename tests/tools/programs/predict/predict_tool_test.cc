@@ -107,7 +107,7 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
   };
   const ProcessResult result =
       run({"--learn", "--data=" + AddData(), "--samples=1-4", "--train=2", "--split_seed=4",
-           "--pool_drapes=512", "--rounds=1", "--round_drapes=32", "--resamples=2"});
+           "--pool_drapes=512", "--rounds=1", "--round_drapes=64", "--resamples=2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("bending length"));
   EXPECT_THAT(result.out, HasSubstr("scores on the held-out drapes"));
