@@ -84,7 +84,8 @@ Contact FindContact(const Candidate& candidate, const Candidate& other) {
   return contact;
 }
 
-// Whether what lies between two outlines is a shadow that the inner one casts.
+// Whether what lies between two outlines is a shadow that the inner one casts; a round one may be
+// the disc on a translucent cloth.
 bool IsShadow(const Candidate& outer, const Candidate& inner, const cv::Mat1f& unshadowed,
               double noise) {
   constexpr double kOnCurve = 4.0;  // [Lab units]
@@ -106,15 +107,18 @@ bool IsShadow(const Candidate& outer, const Candidate& inner, const cv::Mat1f& u
   const Contact contact = FindContact(inner, outer);
   return Weakest(contact.changes) >= kClear * LeastChange(noise) &&
          (contact.share > kMostContact ||
-          (contact.share > kLeastContact && contact.sided > kSided));
+          (contact.share > kLeastContact && contact.sided > kSided &&
+           Unroundness(inner.outline) > kRound));
 }
 
 // A bright rectangle on a dark ground.
 bool IsFrame(const Candidate& candidate, const cv::Mat3f& lab) {
-  constexpr double kRectangular = 0.9;  // a circle fills .785 of the rectangle around it
-  constexpr double kBrighter = 20.0;    // L*
+  // A drape of four folds fills .93 of the rectangle around it; a table that is cut off may have
+  // wide corners.
+  const double least = candidate.touches_border ? 0.9 : 0.95;
+  constexpr double kBrighter = 20.0;  // L*
   const cv::RotatedRect box = cv::minAreaRect(candidate.outline);
-  if (candidate.area < kRectangular * box.size.area()) return false;
+  if (candidate.area < least * box.size.area()) return false;
   cv::Mat1b wider, narrower;
   cv::dilate(candidate.mask, wider, RoundElement(6));
   cv::erode(candidate.mask, narrower, RoundElement(6));
