@@ -261,7 +261,7 @@ nlohmann::ordered_json QualityJson(const ImageQuality& quality) {
           {"radius_min_m", quality.radius_min},
           {"radius_max_m", quality.radius_max},
           {"overhanging_share", quality.overhanging},
-          {"photograph", segmentation.rescaled},
+          {"photograph", segmentation.photograph},
           {"contrast", segmentation.cloth - segmentation.background},
           {"cut_px", CountPixels(segmentation.cut)},
           {"filled_px", CountPixels(segmentation.filled)},

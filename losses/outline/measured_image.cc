@@ -55,8 +55,9 @@ std::string ScaleRemedy(const Camera& camera, const ImageQuality& quality) {
                 quality.scale_given ? "given" : "of the published images");
 }
 
-void CheckBounds(const Camera& camera, const ImageQuality& quality, const DrapeDiscs& discs,
-                 const std::string& where) {
+// Throws InputError for what is no drape of those discs.
+void CheckBounds(const Camera& camera, const ImageQuality& quality, const HemLength& hem,
+                 const DrapeDiscs& discs, const std::string& where) {
   const double least_radius = kLeastRadius * discs.support;
   const double largest_radius = kLargestRadius * discs.specimen;
   const double least = quality.radius_min / kMillimetre, largest = quality.radius_max / kMillimetre;
@@ -65,6 +66,8 @@ void CheckBounds(const Camera& camera, const ImageQuality& quality, const DrapeD
                      Format("%.0f %% of the rays from the centre cross the outline more than once, "
                             "expected at most %.0f %%: not the outline of one drape",
                             100 * quality.overhanging, 100 * kLargestOverhang));
+  if (hem.usual > 0 && quality.overhanging > kNotedOverhang) throw InputError(where, kJagged);
+  if (hem.usual > 0) throw InputError(where, SizeText(hem, discs));
   if (quality.radius_max > largest_radius)
     throw InputError(where,
                      Format("the outline reaches %.0f mm, expected at most %.0f of a cloth "
@@ -76,19 +79,53 @@ void CheckBounds(const Camera& camera, const ImageQuality& quality, const DrapeD
                                    "%.0f with a support of %.0f mm; ",
                                    least, least_radius / kMillimetre, discs.support / kMillimetre) +
                                 ScaleRemedy(camera, quality));
-  if (quality.drape_coefficient < kLeastDrapeCoefficient ||
-      quality.drape_coefficient > kLargestDrapeCoefficient)
+  if (quality.drape_coefficient < kLeastDrapeCoefficient)
+    throw InputError(where,
+                     "the outline is that of the support: is the cloth of the colour of the "
+                     "ground, or the scale wrong?");
+  if (quality.drape_coefficient > kLargestDrapeCoefficient)
     throw InputError(where, Format("the drape coefficient is %.3f, expected 0 … 1; ",
                                    quality.drape_coefficient) +
                                 ScaleRemedy(camera, quality));
 }
 
+double RelativeHem(const Eigen::VectorXd& radius, const DrapeDiscs& discs) {
+  const Eigen::Index n = radius.size();
+  const auto at = [&](Eigen::Index k) {
+    const Eigen::Vector2d flat = radius[k] * RayDirection(static_cast<int>(k), static_cast<int>(n));
+    return Eigen::Vector3d(flat.x(), flat.y(), EstimatedHemHeight(radius[k], discs));
+  };
+  double length = 0.0;
+  for (Eigen::Index k = 0; k < n; ++k) length += (at((k + 1) % n) - at(k)).norm();
+  return length / (2 * pi * discs.specimen);
+}
+
+// The camera; a photograph needs a scale or a camera.
+Camera FindCamera(const CameraInput& input, const Silhouette& silhouette, const DrapeDiscs& discs,
+                  const std::string& where) {
+  const Camera usual = CameraAbove(discs);
+  const bool has_usual_size =
+      silhouette.image.width == usual.width && silhouette.image.height == usual.height;
+  if (silhouette.segmentation.photograph && !has_usual_size && !input.gives_scale() &&
+      !input.gives_camera())
+    throw InputError(where,
+                     "is a photograph without a scale: drape_photo makes a silhouette and its "
+                     "camera of it; image_width_mm or camera_scale is for parallel light");
+  return MakeCamera(input, silhouette.image, discs, where);
+}
+
 void AddNotes(const Camera& camera, const DrapeDiscs& discs, ImageQuality* quality) {
-  quality->notes = quality->segmentation.Notes();
+  const Segmentation& segmentation = quality->segmentation;
+  quality->notes = segmentation.Notes();
+  quality->doubtful = !segmentation.doubts.empty();
   const auto add_doubt = [&](const std::string& note) {
     quality->notes.push_back(note);
     quality->doubtful = true;
   };
+  if (segmentation.focal_35mm > 0 && camera.kind == CameraKind::kOrthographic)
+    add_doubt(
+        "the file tells a focal length: in perspective a hem below the support looks too small; "
+        "drape_photo measures such photographs");
   if (quality->overhanging > kNotedOverhang)
     add_doubt(Format(
         "%.1f %% of the rays cross the outline more than once; the outermost crossing counts",
@@ -228,12 +265,43 @@ OutlineMatch RefineRotation(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
   return match;
 }
 
+HemLength MeasureHem(
+    const std::function<Eigen::VectorXd(const DrapeDiscs& discs)>& vertical_profile,
+    const DrapeDiscs& discs) {
+  constexpr double kUsual[] = {0.12, 0.15, 0.18};             // radii [m]
+  constexpr double kOff = 0.12, kFits = 0.10, kBetter = 0.6;  // of the logarithm; of that of given
+  HemLength hem{RelativeHem(vertical_profile(discs), discs), 0.0};
+  double least = std::abs(std::log(hem.relative));
+  if (least < kOff) return hem;
+  least = std::min(kFits, kBetter * least);
+  for (const double radius : kUsual) {
+    const DrapeDiscs other{radius, discs.support};
+    if (radius <= discs.support) continue;
+    const Eigen::VectorXd profile = vertical_profile(other);
+    if (profile.maxCoeff() > kLargestRadius * radius) continue;
+    const double off = std::abs(std::log(RelativeHem(profile, other)));
+    if (off >= least) continue;
+    least = off;
+    hem.usual = 2 * radius;
+  }
+  return hem;
+}
+
+std::string SizeText(const HemLength& hem, const DrapeDiscs& discs) {
+  const std::string length =
+      Format("the hem of this outline is %.0f %% of that of a flat cloth of %.0f cm",
+             100 * hem.relative, 200 * discs.specimen);
+  if (hem.usual == 0) return length + ": are the scale and the size of the cloth right?";
+  return Format("this looks like a specimen of %.0f cm: ", 100 * hem.usual) + length +
+         Format("; expected specimen = %.2f, or another scale", hem.usual);
+}
+
 MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
                            const DrapeDiscs& discs, const std::string& where) {
-  MeasuredImage measured{std::move(silhouette.image), {}, {}};
+  const Camera known = FindCamera(input, silhouette, discs, where);
+  MeasuredImage measured{std::move(silhouette.image), known, {}};
   const GrayImage& image = measured.image;
   Camera& camera = measured.camera;
-  camera = MakeCamera(input, image, discs, where);
   ImageQuality& quality = measured.quality;
   quality.segmentation = std::move(silhouette.segmentation);
   const bool centre_known = input.gives_camera();  // a pinhole's outline is not about the centre
@@ -257,8 +325,15 @@ MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, Cent
   quality.radius_min = shape.radius_min;
   quality.radius_max = shape.radius_max;
   quality.overhanging = ShareOfOverhangs(image, centred, outline);
-  CheckBounds(camera, quality, discs, where);
+  const HemLength hem = MeasureHem(
+      [&](const DrapeDiscs& other) { return VerticalProfile(outline.radius, camera, other); },
+      discs);
+  CheckBounds(camera, quality, hem, discs, where);
   AddNotes(camera, discs, &quality);
+  if (std::abs(std::log(hem.relative)) > kNotedHem) {
+    quality.doubtful = true;
+    quality.notes.push_back(SizeText(hem, discs));
+  }
   return measured;
 }
 

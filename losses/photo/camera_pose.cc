@@ -10,7 +10,7 @@
 #include <cmath>
 #include <memory>
 
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 namespace drape {
 namespace {

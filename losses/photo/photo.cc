@@ -13,12 +13,14 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/image/cloth_mask.h"
+#include "losses/image/disc.h"
 #include "losses/image/image.h"
+#include "losses/image/photo_planes.h"
+#include "losses/image/segmentation.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "losses/photo/camera_pose.h"
-#include "losses/photo/cloth_mask.h"
-#include "losses/photo/disc.h"
-#include "losses/photo/photo_planes.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
@@ -243,22 +245,6 @@ double FocalLength(const Photograph& photo, const PhotoOptions& options) {
   return focal * std::hypot(width, height) / kFilmDiagonal;
 }
 
-// Throws PhotoFailure for a highlight on the cloth without detail.
-void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
-  constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
-  if (planes.saturated > kMostOfGround) return;  // back light, or a white ground
-  cv::Mat1b white;
-  cv::inRange(planes.rgb, cv::Scalar::all(250), cv::Scalar::all(255), white);
-  const cv::Mat1b glare = white & (FilledHull(cloth) * 255);
-  const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
-  if (share <= kMostOfCloth) return;
-  throw PhotoFailure{PhotoFault::kGlare,
-                     Format("glare: %.1f %% of the cloth is white without detail, expected light "
-                            "that is not reflected into the camera",
-                            100 * share),
-                     {LongestOutline(glare / 255)}};
-}
-
 // Throws PhotoFailure for an outline whose blur is a standard deviation [m] of too much.
 void CheckBlur(double blur) {
   constexpr double kMost = 2.5e-3;  // [m]
@@ -281,7 +267,6 @@ class Development {
   PhotoResult Run() {
     planes_ = MakePlanes(photo_.image);
     try {
-      CheckExposure(planes_);
       if (options_.marker != PhotoMarker::kNone) result_.focal = FocalLength(photo_, options_);
       Segment();
       if (options_.marker == PhotoMarker::kNone) {
@@ -292,6 +277,8 @@ class Development {
       Measure();
     } catch (const PhotoFailure& failure) {
       return Refuse(failure);
+    } catch (const cv::Exception&) {
+      return Refuse({PhotoFault::kNoCloth, "nothing looks like a cloth on a ground"});
     }
     AddText();
     result_.overlay = RenderMarks(planes_, marks_);
@@ -312,50 +299,49 @@ class Development {
   }
 
   void Segment() {
-    const RoughCloth rough = FindCloth(planes_, options_);
-    result_.warnings = rough.warnings;
-    marks_.outline = LongestOutline(rough.mask);
-    cv::Mat1f disc = cv::Mat1f::zeros(rough.mask.size());
-    if (options_.marker == PhotoMarker::kDisc) {
-      rim_ = FindDisc(planes_, FilledHull(rough.mask));
-      if (rim_) {
-        LocateFinely(rough.mask);
-        marks_.disc = rim_->ellipse;
-        disc = RenderEllipse(disc.size(), rim_->ellipse, rim_->blur);
-      }
+    if (options_.marker == PhotoMarker::kNone && TakeSilhouette()) return;
+    FoundCloth found;
+    const auto take = [&] {
+      result_.warnings = found.seen;
+      result_.warnings.insert(result_.warnings.end(), found.doubts.begin(), found.doubts.end());
+      marks_.outline = found.outline;
+      if (options_.marker == PhotoMarker::kDisc) rim_ = found.rim;
+      if (rim_) marks_.disc = rim_->ellipse;
+    };
+    try {
+      FindSilhouette(photo_.image, planes_,
+                     {.threshold = options_.threshold,
+                      .mask = options_.mask,
+                      .cloth_points = options_.cloth_points,
+                      .ground_points = options_.ground_points},
+                     &found);
+    } catch (const PhotoFailure&) {
+      take();
+      throw;
     }
-    CheckGlare(planes_, rough.mask);
-    cloth_ = RefineCloth(planes_, rough, disc);
-    marks_.outline = LongestOutline(cloth_.mask);
+    take();
+    cloth_ = found.cloth;
     result_.contrast = cloth_.contrast;
-    if (cloth_.weak > 0.03)
-      Warn(Format("%.0f %% of the outline has little contrast", 100 * cloth_.weak));
   }
 
-  // The rim again, in the photograph at its full size, where the cloth beside it is wide enough not
-  // to mix its colour with the ground's.
-  void LocateFinely(const cv::Mat1b& mask) {
-    constexpr double kLeastShare = 0.4, kLeastClear = 0.25;
-    constexpr float kClear = 6.0f;  // [px]
-    const double scale = planes_.scale;
-    const auto to_photo = [&](float v) { return static_cast<float>((v + 0.5) / scale - 0.5); };
-    cv::RotatedRect ellipse = rim_->ellipse;
-    ellipse.center = {to_photo(ellipse.center.x), to_photo(ellipse.center.y)};
-    ellipse.size = {float(ellipse.size.width / scale), float(ellipse.size.height / scale)};
-    const RimPoints fine = LocateRim(photo_.image, ellipse);
-    if (fine.share < kLeastShare) return;
-    const cv::Mat1b disc = RenderEllipse(mask.size(), rim_->ellipse, rim_->blur) > 0.5f;
-    cv::Mat1f inside;
-    cv::distanceTransform(mask | disc, inside, cv::DIST_L2, cv::DIST_MASK_5);
-    std::vector<Eigen::Vector2d> all, clear;
-    for (const Eigen::Vector2d& p : fine.points) {
-      all.push_back((p.array() + 0.5) * scale - 0.5);
-      const Eigen::Vector2i pixel = all.back().array().round().cast<int>();
-      if (inside(pixel.y(), pixel.x()) >= kClear) clear.push_back(all.back());
+  // A mask or a silhouette is taken as it is. Returns whether the picture is one.
+  bool TakeSilhouette() {
+    GrayImage grey(photo_.image.width, photo_.image.height);
+    for (size_t i = 0; i < grey.coverage.size(); ++i) {
+      const uint8_t* rgb = &photo_.image.rgb[3 * i];
+      grey.coverage[i] = 1.0f - float(rgb[0] + rgb[1] + rgb[2]) / (3 * 255.0f);
     }
-    rim_->points = double(clear.size()) > kLeastClear * double(all.size()) ? clear : all;
-    rim_->ellipse = FitEllipse(rim_->points);
-    rim_->blur = planes_.WorkingBlur(fine.blur);
+    if (!options_.mask.empty() || !IsSilhouette(grey)) return false;
+    const Silhouette silhouette = SegmentSilhouette(std::move(grey), "silhouette");
+    if (silhouette.segmentation.photograph) return false;
+    result_.warnings = silhouette.segmentation.Notes();
+    const GrayImage& image = silhouette.image;
+    cv::resize(cv::Mat1f(image.height, image.width, const_cast<float*>(image.coverage.data())),
+               cloth_.coverage, planes_.rgb.size(), 0, 0, cv::INTER_AREA);
+    cloth_.mask = (cloth_.coverage >= 0.5f) / 255;
+    cloth_.blur = 2.0;  // pixels may be black or white as a whole
+    marks_.outline = LongestOutline(cloth_.mask);
+    return true;
   }
 
   // Without a scale [m]: the height of a cloth that hangs straight down, the largest possible.
@@ -379,6 +365,8 @@ class Development {
                          "(marker = none)"};
     } else {
       result_.marker_share = rim_->share;
+      if (rim_->is_line)
+        Warn("the disc's rim is a line, as of a clear disc: the scale is uncertain by its width");
       if (rim_->share < 0.8)
         Warn(Format("the disc's rim is seen on %.0f %% of its length", 100 * rim_->share));
     }
@@ -525,11 +513,41 @@ class Development {
                       correction * std::hypot(kHem, focal > 0 ? kFocal / focal : 0.0));
   }
 
+  int CountOverhangs(const Outline& outline) const {
+    constexpr double kOverhang = 0.002;  // [m]
+    int overhanging = 0;
+    for (int k = 0; k < kAngles; ++k)
+      overhanging += outline.radius[k] -
+                         FirstExit(result_.silhouette, result_.camera, RayDirection(k, kAngles)) >
+                     kOverhang * result_.camera.pixels_per_metre();
+    return overhanging;
+  }
+
   void CheckOutline(const Outline& outline, const Eigen::VectorXd& radius) {
     constexpr double kSlack = 0.04, kNoted = 0.015;  // of the radius
-    constexpr double kMostOverhang = 0.1, kOverhang = 0.002;
+    constexpr double kMostOverhang = 0.1, kNotedOverhang = 0.01;
     const double most = radius.maxCoeff() / discs_.specimen;
     const double least = radius.minCoeff() / discs_.support;
+    const int overhanging = CountOverhangs(outline);
+    if (overhanging > kMostOverhang * kAngles)
+      throw PhotoFailure{PhotoFault::kNotADrape,
+                         Format("%.0f %% of the rays from the axis cross the outline more than "
+                                "once, expected the outline of one drape",
+                                100.0 * overhanging / kAngles)};
+    const HemLength hem = MeasureHem(
+        [&](const DrapeDiscs& other) {
+          return VerticalProfile(outline.radius, result_.camera, other);
+        },
+        discs_);
+    if (hem.usual > 0 && overhanging > kNotedOverhang * kAngles)
+      throw PhotoFailure{PhotoFault::kNotADrape, kJagged};
+    if (hem.usual > 0) throw PhotoFailure{PhotoFault::kWrongSize, SizeText(hem, discs_)};
+    if (std::abs(std::log(hem.relative)) > kNotedHem) Warn(SizeText(hem, discs_));
+    if (overhanging > kNotedOverhang * kAngles)
+      Warn(
+          Format("%.1f %% of the rays from the axis cross the outline more than once; the "
+                 "outermost crossing counts",
+                 100.0 * overhanging / kAngles));
     if (most > 1 + kSlack)
       throw PhotoFailure{PhotoFault::kWrongSize,
                          Format("the outline reaches %.0f mm from the axis, expected at most %.0f: "
@@ -541,16 +559,9 @@ class Development {
                          Format("the outline comes to %.0f mm of the axis, expected at least %.0f: "
                                 "are specimen, support and disc right, and is the cloth whole?",
                                 1e3 * radius.minCoeff(), 1e3 * discs_.support)};
-    int overhanging = 0;
-    for (int k = 0; k < kAngles; ++k)
-      overhanging += outline.radius[k] -
-                         FirstExit(result_.silhouette, result_.camera, RayDirection(k, kAngles)) >
-                     kOverhang * result_.camera.pixels_per_metre();
-    if (overhanging > kMostOverhang * kAngles)
-      throw PhotoFailure{PhotoFault::kNotADrape,
-                         Format("%.0f %% of the rays from the axis cross the outline more than "
-                                "once, expected the outline of one drape",
-                                100.0 * overhanging / kAngles)};
+    if (DrapeCoefficient(ProfileArea(radius), discs_) < kLeastDrapeCoefficient)
+      throw PhotoFailure{PhotoFault::kNoCloth,
+                         "the outline is that of the disc: cloth and ground are too alike"};
     if (most > 1 + kNoted)
       Warn(Format("the outline reaches %.1f mm from the axis, more than the specimen's %.0f mm",
                   1e3 * radius.maxCoeff(), 1e3 * discs_.specimen));

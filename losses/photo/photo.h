@@ -6,53 +6,12 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "losses/outline/outline.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/options/field.h"
 
 namespace drape {
-
-// Why a photograph is refused.
-enum class PhotoFault {
-  kNone,
-  kCroppedPhoto,
-  kNoFocalLength,
-  kDark,
-  kNoCloth,
-  kLowContrast,
-  kUnevenGround,
-  kCroppedCloth,
-  kTwoSpecimens,
-  kTooSmall,
-  kGlare,
-  kBlur,
-  kNoDisc,
-  kNoTag,
-  kTilted,
-  kTooClose,
-  kWrongSize,
-  kNotADrape
-};
-constexpr auto EnumNames(PhotoFault) {
-  return MakeNames<PhotoFault>({{PhotoFault::kNone, "none"},
-                                {PhotoFault::kCroppedPhoto, "cropped photograph"},
-                                {PhotoFault::kNoFocalLength, "no focal length"},
-                                {PhotoFault::kDark, "too dark"},
-                                {PhotoFault::kNoCloth, "no cloth"},
-                                {PhotoFault::kLowContrast, "low contrast"},
-                                {PhotoFault::kUnevenGround, "uneven ground"},
-                                {PhotoFault::kCroppedCloth, "cropped cloth"},
-                                {PhotoFault::kTwoSpecimens, "two specimens"},
-                                {PhotoFault::kTooSmall, "too small"},
-                                {PhotoFault::kGlare, "glare"},
-                                {PhotoFault::kBlur, "blur"},
-                                {PhotoFault::kNoDisc, "no disc"},
-                                {PhotoFault::kNoTag, "no tag"},
-                                {PhotoFault::kTilted, "tilted"},
-                                {PhotoFault::kTooClose, "too close"},
-                                {PhotoFault::kWrongSize, "wrong size"},
-                                {PhotoFault::kNotADrape, "not a drape"}});
-}
 
 // What in a photograph says where the camera was.
 enum class PhotoMarker {

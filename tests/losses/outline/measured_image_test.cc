@@ -98,6 +98,38 @@ TEST(MeasureImage, NotesWhatIsSlightlyOff) {
   EXPECT_THAT(moved.quality.notes[0], HasSubstr("7.5 px from the centre used"));
 }
 
+// A hem cannot stretch: folds of a specimen of 24 cm are no drape of 30 cm.
+TEST(MeasureImage, NamesTheSizeThatFits) {
+  const DrapeDiscs small{0.12, 0.09}, usual;
+  // Eight folds whose hem, at its heights, is as long as the edge of the flat cloth.
+  const auto folded = [](double amplitude) {
+    Eigen::VectorXd r(360);
+    for (int k = 0; k < 360; ++k) r[k] = 0.108 + amplitude * std::cos(8 * k * pi / 180);
+    return [r](const DrapeDiscs&) { return r; };
+  };
+  double amplitude = 0.0;
+  while (MeasureHem(folded(amplitude), small).relative < 1) amplitude += 1e-4;
+  EXPECT_LT(amplitude, 0.011);
+  EXPECT_EQ(MeasureHem(folded(amplitude), small).usual, 0);
+  const HemLength wrong = MeasureHem(folded(amplitude), usual);
+  EXPECT_DOUBLE_EQ(wrong.usual, 0.24);
+  EXPECT_THAT(SizeText(wrong, usual), AllOf(HasSubstr("this looks like a specimen of 24 cm"),
+                                            HasSubstr("expected specimen = 0.24")));
+  EXPECT_EQ(MeasureHem(folded(0), usual).usual, 0);  // no size fits
+}
+
+TEST(MeasureImage, SendsPhotographsToDrapePhoto) {
+  Light light;
+  const GrayImage photo = Photograph(StarSilhouette(PhotographCamera()), light);
+  ExpectRefused(photo, {}, "is a photograph without a scale: drape_photo");
+  Silhouette silhouette = SegmentSilhouette(photo, "a.png");
+  silhouette.segmentation.focal_35mm = 26;
+  const MeasuredImage measured = MeasureImage(std::move(silhouette), {.scale = 2500, .file = {}},
+                                              CentreMode::kOutline, {}, "a.png");
+  EXPECT_TRUE(measured.quality.doubtful);
+  EXPECT_THAT(measured.quality.notes, testing::Contains(HasSubstr("drape_photo measures such")));
+}
+
 constexpr int kTurns = 360;
 constexpr double kTurn = 2 * pi * 25 / kTurns;
 

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 #include "tests/losses/photo/rendered/photo_trial.h"
 
 namespace drape {

@@ -18,6 +18,7 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
@@ -123,15 +124,6 @@ struct Step {
   std::vector<std::string> arguments;  // beside the program's path
   std::string result;                  // a file that is there when the step has ended
 };
-
-// Returns whether nearly all pixels are black or white, as in a silhouette of any size.
-bool IsSilhouette(const GrayImage& image) {
-  constexpr float kBlack = 0.15F, kWhite = 0.85F;
-  constexpr double kLeastShare = 0.97;
-  const auto plain = std::count_if(image.coverage.begin(), image.coverage.end(),
-                                   [](float v) { return v < kBlack || v > kWhite; });
-  return double(plain) >= kLeastShare * double(image.coverage.size());
-}
 
 // Finds configs/ of an installation, of a bundle, or of the sources of a build.
 std::string FindConfigs(const std::string& folder) {

@@ -89,8 +89,8 @@ This package has the programs, fabrics and configurations."
 This package has the headers, the static libraries and the CMake package:
 find_package(drapefit), then link drape::solver."
     DEPENDS g++ libceres-dev libcgal-dev libeigen3-dev libexif-dev libgflags-dev libgoogle-glog-dev
-            libmetis-dev libpng-dev libsuitesparse-dev libturbojpeg0-dev nettle-dev nlohmann-json3-dev
-            zlib1g-dev
+            libmetis-dev libopencv-core-dev libopencv-imgproc-dev libpng-dev libsuitesparse-dev
+            libturbojpeg0-dev nettle-dev nlohmann-json3-dev zlib1g-dev
     SUGGESTS cmake
     COMPONENTS devel)
   # The Python module, where its component is installed; it is of one version of Python.

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/cloth_mask.h"
+#include "losses/image/cloth_mask.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "losses/image/disc.h"
 #include "losses/image/image.h"
-#include "losses/photo/disc.h"
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
@@ -84,153 +84,50 @@ cv::Mat3f WithoutGround(const cv::Mat3f& lab, const Ground& ground) {
   return rest;
 }
 
-cv::Mat1b FillHoles(const cv::Mat1b& mask) {
-  cv::Mat1b padded;
-  cv::copyMakeBorder(mask, padded, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
-  cv::floodFill(padded, {0, 0}, 2);
-  const cv::Mat1b filled = (padded != 2) / 255;
-  return filled(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
+int64_t LargestPart(const std::vector<MaskPart>& parts) {
+  int64_t largest = 0;
+  for (const MaskPart& part : parts) largest = std::max(largest, part.pixels);
+  return largest;
 }
 
-struct Part {
-  int label = 0;
-  double area = 0;
-  cv::Rect box;
-};
-
-std::vector<Part> ListParts(const cv::Mat1b& mask, cv::Mat1i* labels) {
-  cv::Mat stats, centroids;
-  const int count = cv::connectedComponentsWithStats(mask, *labels, stats, centroids);
-  std::vector<Part> parts;
-  for (int i = 1; i < count; ++i) {
-    const int* s = stats.ptr<int>(i);
-    parts.push_back(
-        {i,
-         double(s[cv::CC_STAT_AREA]),
-         {s[cv::CC_STAT_LEFT], s[cv::CC_STAT_TOP], s[cv::CC_STAT_WIDTH], s[cv::CC_STAT_HEIGHT]}});
-  }
-  return parts;
-}
-
-// The sides of the picture that a box touches.
-std::string TouchedSides(const cv::Rect& box, cv::Size size) {
-  std::string text;
-  const auto add = [&](bool touches, const char* name) {
-    if (touches) text += (text.empty() ? "" : ", ") + std::string(name);
-  };
-  add(box.y <= 0, "top");
-  add(box.br().y >= size.height, "bottom");
-  add(box.x <= 0, "left");
-  add(box.br().x >= size.width, "right");
-  return text;
-}
-
-// Where a disc of the ground's colour hides so much of the cloth that only pieces of it are seen
-// around the disc: the pieces and the disc. Nothing where they do not lie around one.
-std::optional<cv::Mat1b> JoinAroundDisc(const PhotoPlanes& planes, const cv::Mat1i& labels,
-                                        const std::vector<Part>& parts, double largest) {
-  constexpr double kLeastPiece = 0.05;  // of the largest
-  constexpr double kMostOutside = 0.1;  // of the pieces' area
-  cv::Mat1b pieces = cv::Mat1b::zeros(labels.size());
-  for (const Part& part : parts)
-    if (part.area >= kLeastPiece * largest) pieces |= (labels == part.label) / 255;
-  const std::optional<DiscRim> rim = FindDisc(planes, FilledHull(pieces));
-  if (!rim) return std::nullopt;
-  cv::Mat1b joined = pieces.clone();
-  cv::RotatedRect wider = rim->ellipse;
-  wider.size.width += 8;
-  wider.size.height += 8;
-  cv::ellipse(joined, wider, 1, cv::FILLED);
-  cv::Mat1i parts_of_joined;
-  double inside = 0, all = 0;
-  for (const Part& part : ListParts(joined, &parts_of_joined)) {
-    inside = std::max(inside, part.area);
-    all += part.area;
-  }
-  if (all - inside > kMostOutside * cv::countNonZero(pieces)) return std::nullopt;
-  cv::ellipse(pieces, rim->ellipse, 1, cv::FILLED);
-  return pieces;
-}
-
-struct Picked {
-  cv::Mat1b mask;
-  cv::Rect box;
-  double other = 0.0;  // area of the largest other part, of the cloth's
-  int other_label = 0;
-};
-Picked PickNearest(const cv::Mat1i& labels, const std::vector<Part>& parts, double largest) {
-  constexpr double kCandidate = 1.0 / 8;  // of the largest part
-  const double column = 0.5 * (labels.cols - 1), row = 0.5 * (labels.rows - 1);
-  const Part* cloth = nullptr;
-  double nearest = HUGE_VAL;
-  for (int r = 0; r < labels.rows; ++r)
-    for (int c = 0; c < labels.cols; ++c) {
-      const double distance = std::hypot(c - column, r - row);
-      if (labels(r, c) == 0 || distance >= nearest) continue;
-      const Part& part = parts[size_t(labels(r, c)) - 1];
-      if (part.area < kCandidate * largest) continue;
-      cloth = &part;
-      nearest = distance;
-    }
-  Picked picked{FillHoles((labels == cloth->label) / 255), cloth->box};
-  const double area = cv::countNonZero(picked.mask);
-  for (const Part& part : parts)
-    if (&part != cloth && part.area / area > picked.other) {
-      picked.other = part.area / area;
-      picked.other_label = part.label;
-    }
-  return picked;
-}
-
-// The one piece of cloth, without holes, among the parts of a mask: the part nearest to the
-// picture's centre among those that are not small beside the largest, or the pieces around a disc
-// that hides the rest. Throws PhotoFailure where there is none, two, or one that is cut off.
-cv::Mat1b PickCloth(const PhotoPlanes& planes, const PhotoOptions& options, const cv::Mat1b& mask,
-                    std::vector<std::string>* warnings) {
+// The one piece of cloth, without holes, among the parts of a mask. Throws PhotoFailure where there
+// is none, two, or one that is cut off.
+cv::Mat1b PickCloth(const cv::Mat1b& mask, std::vector<std::string>* notes) {
   constexpr double kLeastShare = 0.0001;              // of the picture
   constexpr double kSecond = 1.0 / 2, kNoted = 0.02;  // of the cloth
-  constexpr double kBroken = 0.1;  // of the cloth, from which on it may be in pieces
   cv::Mat1i labels;
-  const std::vector<Part> parts = ListParts(FillHoles(mask), &labels);
-  double largest = 0;
-  for (const Part& part : parts) largest = std::max(largest, part.area);
-  if (largest < kLeastShare * double(mask.total()))
+  const std::vector<MaskPart> parts = ListParts(FillHoles(mask), 8, &labels);
+  if (static_cast<double>(LargestPart(parts)) < kLeastShare * double(mask.total()))
     throw PhotoFailure{PhotoFault::kNoCloth,
                        "nothing differs from the ground, expected one piece of cloth on a plain "
                        "ground"};
-  const Picked picked = PickNearest(labels, parts, largest);
-  if (const std::string sides = TouchedSides(picked.box, mask.size()); !sides.empty())
+  const MaskPart& cloth = NearestPart(labels, parts);
+  const cv::Mat1b picked = FillHoles((labels == cloth.label) / 255);
+  if (const std::string sides = TouchedSides(cloth.box, mask.size()); !sides.empty())
     throw PhotoFailure{PhotoFault::kCroppedCloth,
                        "the cloth touches the edge of the picture at the " + sides +
                            ", expected ground all around it",
-                       {LongestOutline(picked.mask)}};
-  if (picked.other > kBroken && options.marker == PhotoMarker::kDisc)
-    if (const auto joined = JoinAroundDisc(planes, labels, parts, largest)) return *joined;
-  if (picked.other > kSecond)
-    throw PhotoFailure{
-        PhotoFault::kTwoSpecimens,
-        "two pieces of similar size, expected one piece of cloth",
-        {LongestOutline(picked.mask), LongestOutline((labels == picked.other_label) / 255)}};
-  if (picked.other > kNoted)
-    warnings->push_back(
+                       {LongestOutline(picked)}};
+  const MaskPart* other = nullptr;
+  for (const MaskPart& part : parts)
+    if (&part != &cloth && (other == nullptr || part.pixels > other->pixels)) other = &part;
+  const double share = other ? double(other->pixels) / double(cloth.pixels) : 0.0;
+  if (share > kSecond)
+    throw PhotoFailure{PhotoFault::kTwoSpecimens,
+                       "two pieces of similar size, expected one piece of cloth",
+                       {LongestOutline(picked), LongestOutline((labels == other->label) / 255)}};
+  if (share > kNoted)
+    notes->push_back(
         Format("something else lies beside the cloth, as large as %.0f %% of it; "
                "it is left out",
-               100 * picked.other));
-  return picked.mask;
+               100 * share));
+  return picked;
 }
-
-// A measure of being cloth, and where it separates.
-struct Feature {
-  cv::Mat1f value;
-  double threshold = 0.0, separation = 0.0;  // of the variance, between the two classes
-
-  cv::Mat1b Mask() const { return (value > threshold) / 255; }
-};
 
 Feature WithOtsuThreshold(const cv::Mat1f& value) {
   double least = 0, most = 0;
   cv::minMaxLoc(value, &least, &most);
-  Feature feature{value, 0.5 * (least + most), 0.0};
+  Feature feature{value, 0.5 * (least + most)};
   if (most <= least) return feature;
   cv::Mat1b levels;
   value.convertTo(levels, CV_8U, 255 / (most - least), -255 * least / (most - least));
@@ -351,7 +248,7 @@ void ApplyPoints(const std::vector<int>& points, double scale, uint8_t value, co
 }
 
 // GrabCut from the mask, on a small copy of the picture.
-cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const PhotoOptions& options) {
+cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const ClothHints& hints) {
   constexpr double kSide = 500;
   constexpr int kRounds = 4;
   const double shrink = std::min(1.0, kSide / std::max(mask.rows, mask.cols));
@@ -363,8 +260,8 @@ cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const PhotoO
   labels.setTo(cv::GC_PR_BGD);
   labels.setTo(cv::GC_PR_FGD, small_mask);
   labels.setTo(cv::GC_BGD, BorderMask(small.size()));
-  ApplyPoints(options.cloth_points, planes.scale * shrink, cv::GC_FGD, "cloth_points", &labels);
-  ApplyPoints(options.ground_points, planes.scale * shrink, cv::GC_BGD, "ground_points", &labels);
+  ApplyPoints(hints.cloth_points, planes.scale * shrink, cv::GC_FGD, "cloth_points", &labels);
+  ApplyPoints(hints.ground_points, planes.scale * shrink, cv::GC_BGD, "ground_points", &labels);
   cv::Mat background, foreground;
   cv::theRNG().state = 1;
   cv::grabCut(small, labels, {}, background, foreground, kRounds, cv::GC_INIT_WITH_MASK);
@@ -372,6 +269,77 @@ cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const PhotoO
   cv::Mat1b large;
   cv::resize(found, large, mask.size(), 0, 0, cv::INTER_NEAREST);
   return large;
+}
+
+// The hull of all parts of a mask that are not small beside the largest: a disc of the
+// ground's colour may hide so much of the cloth that only pieces of it are seen around the disc.
+cv::Mat1b HullOfPieces(cv::Mat1b mask) {
+  constexpr double kLeastPiece = 0.05;  // of the largest
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, RoundElement(3));
+  cv::Mat1i labels;
+  const std::vector<MaskPart> parts = ListParts(mask, 8, &labels);
+  cv::Mat1b pieces = cv::Mat1b::zeros(mask.size());
+  const double least = kLeastPiece * static_cast<double>(LargestPart(parts));
+  for (const MaskPart& part : parts)
+    if (static_cast<double>(part.pixels) >= least && TouchedSides(part.box, mask.size()).empty())
+      pieces |= (labels == part.label) / 255;
+  return FilledHull(pieces);
+}
+
+// The outline of the cloth by all features, and the disc inside it.
+ChosenOutline FindOutline(const PhotoPlanes& planes, const cv::Mat1b& border, const Ground& ground,
+                          cv::Mat1b* disc) {
+  constexpr double kLeast = 2.0, kOfNoise = 3.0;  // [Lab units]
+  const cv::Mat3f rest = WithoutGround(planes.lab, ground);
+  Feature distance = DistanceFeature(rest), shadowed = ShadowedFeature(planes, rest, border);
+  const Feature discriminant = DiscriminantFeature(rest, distance.Mask());
+  distance.is_distance = shadowed.is_distance = true;
+  const cv::Mat1b all = (distance.value > std::max(kLeast, kOfNoise * ground.noise)) / 255;
+  *disc = cv::Mat1b::zeros(all.size());
+  for (const cv::Mat1b& region : {shadowed.Mask(), all})
+    if (const auto rim = FindDisc(planes, HullOfPieces(region))) {
+      cv::ellipse(*disc, rim->ellipse, 1, cv::FILLED);
+      break;
+    }
+  return ChooseOutline(planes.lab, {distance, shadowed, discriminant}, shadowed.value, *disc,
+                       ground.noise);
+}
+
+// Paints the ground over a dark frame, which lies around a lit field, and returns the ground.
+Ground PaintFrameOver(const cv::Mat1b& lit, PhotoPlanes* planes) {
+  constexpr double kMargin = 0.02, kBand = 0.03;  // of the field's side
+  cv::Mat1b field = cv::Mat1b::zeros(lit.size());
+  cv::drawContours(field, std::vector<std::vector<cv::Point>>{LongestOutline(lit)}, 0, 1,
+                   cv::FILLED);
+  const double side = std::sqrt(double(cv::countNonZero(field)));
+  cv::Mat1f inside;
+  cv::distanceTransform(field, inside, cv::DIST_L2, cv::DIST_MASK_5);
+  const cv::Mat1b kept = (inside > kMargin * side) / 255;
+  const Ground ground = FitGround(planes->lab, kept & (inside < (kMargin + kBand) * side) / 255);
+  planes->rgb = planes->rgb.clone();
+  planes->light = planes->light.clone();
+  planes->luma = planes->luma.clone();
+  planes->lab = planes->lab.clone();
+  for (int row = 0; row < lit.rows; ++row)
+    for (int col = 0; col < lit.cols; ++col)
+      if (!kept(row, col))
+        planes->lab(row, col) = cv::Vec3f(ground.At(MonomialsAt(col, row, lit.size())));
+  cv::Mat3f light;
+  cv::cvtColor(planes->lab, light, cv::COLOR_Lab2LRGB);
+  const cv::Mat1b frame = 1 - kept;
+  light.copyTo(planes->light, frame);
+  for (int row = 0; row < lit.rows; ++row)
+    for (int col = 0; col < lit.cols; ++col)
+      if (frame(row, col)) {
+        Eigen::Vector3f value;
+        for (int c = 0; c < 3; ++c) {
+          value[c] =
+              static_cast<float>(StoredFromLight(std::clamp(light(row, col)[c], 0.0f, 1.0f)));
+          planes->rgb(row, col)[c] = cv::saturate_cast<uint8_t>(255 * value[c]);
+        }
+        planes->luma(row, col) = LumaLight(value);
+      }
+  return ground;
 }
 
 cv::Mat1b ReadMask(const std::string& path, cv::Size size) {
@@ -390,47 +358,104 @@ cv::Mat1b ReadMask(const std::string& path, cv::Size size) {
 
 }  // namespace
 
-RoughCloth FindCloth(const PhotoPlanes& planes, const PhotoOptions& options) {
-  constexpr double kUneven = 9.0;  // [Lab units] of the ground, from which on it is refused
-  constexpr double kLeastSeparation = 0.6;  // of the variance
-  constexpr double kShadowed = 1.25;        // by how much worse that feature may separate
+std::vector<MaskPart> ListParts(const cv::Mat1b& mask, int neighbours, cv::Mat1i* labels) {
+  cv::Mat stats, centroids;
+  const int count =
+      cv::connectedComponentsWithStats(mask, *labels, stats, centroids, neighbours, CV_32S);
+  std::vector<MaskPart> parts;
+  for (int i = 1; i < count; ++i) {
+    const int* s = stats.ptr<int>(i);
+    const auto* c = centroids.ptr<double>(i);
+    parts.push_back(
+        {i,
+         s[cv::CC_STAT_AREA],
+         {s[cv::CC_STAT_LEFT], s[cv::CC_STAT_TOP], s[cv::CC_STAT_WIDTH], s[cv::CC_STAT_HEIGHT]},
+         {c[0], c[1]}});
+  }
+  return parts;
+}
+
+const MaskPart& NearestPart(const cv::Mat1i& labels, const std::vector<MaskPart>& parts) {
+  constexpr double kCandidate = 1.0 / 8;  // of the largest part
+  const double least = kCandidate * static_cast<double>(LargestPart(parts));
+  const double column = 0.5 * (labels.cols - 1), row = 0.5 * (labels.rows - 1);
+  const MaskPart* nearest = &parts.front();
+  double distance = HUGE_VAL;
+  for (int r = 0; r < labels.rows; ++r)
+    for (int c = 0; c < labels.cols; ++c) {
+      if (labels(r, c) == 0 || std::hypot(c - column, r - row) >= distance) continue;
+      const MaskPart& part = parts[size_t(labels(r, c)) - 1];
+      if (static_cast<double>(part.pixels) < least) continue;
+      nearest = &part;
+      distance = std::hypot(c - column, r - row);
+    }
+  return *nearest;
+}
+
+std::string TouchedSides(const cv::Rect& box, cv::Size size) {
+  std::string text;
+  const auto add = [&](bool touches, const char* name) {
+    if (touches) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(box.y <= 0, "top");
+  add(box.br().y >= size.height, "bottom");
+  add(box.x <= 0, "left");
+  add(box.br().x >= size.width, "right");
+  return text;
+}
+
+cv::Mat1b FillHoles(const cv::Mat1b& mask) {
+  cv::Mat1b padded;
+  cv::copyMakeBorder(mask, padded, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
+  cv::floodFill(padded, {0, 0}, 2);
+  const cv::Mat1b filled = (padded != 2) / 255;
+  return filled(cv::Rect(1, 1, mask.cols, mask.rows)).clone();
+}
+
+RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
+  constexpr double kUneven = 9.0;      // [Lab units] of the ground, from which on it is refused
+  constexpr double kLeastShare = 0.8;  // of the outline that is an edge
   constexpr double kLeastDifference = 3.0;  // [Lab units] more than the pieces that noise makes
-  const cv::Mat1b border = BorderMask(planes.lab.size());
-  const Ground ground = FitGround(planes.lab, border);
+  const cv::Mat1b border = BorderMask(planes->lab.size());
+  Ground ground = FitGround(planes->lab, border);
   RoughCloth rough;
-  rough.ground_noise = ground.noise;
-  cv::Mat1b mask;
-  if (!options.mask.empty()) {
-    mask = ReadMask(options.mask, planes.lab.size());
+  cv::Mat1b mask, disc = cv::Mat1b::zeros(border.size());
+  if (!hints.mask.empty()) {
+    mask = ReadMask(hints.mask, planes->lab.size());
   } else {
-    const bool has_points = !options.cloth_points.empty() || !options.ground_points.empty();
-    if (ground.noise > kUneven && !has_points)
+    if (ground.noise > kUneven && !hints.has_points())
       throw PhotoFailure{PhotoFault::kUnevenGround,
                          Format("the ground is uneven: its colour varies by %.0f Lab units along "
                                 "the edge of the picture, expected at most %.0f",
                                 ground.noise, kUneven)};
-    const cv::Mat3f rest = WithoutGround(planes.lab, ground);
-    const Feature distance = DistanceFeature(rest);
-    Feature feature = DiscriminantFeature(rest, distance.Mask());
-    if (distance.separation > feature.separation) feature = distance;
-    const Feature shadowed = ShadowedFeature(planes, rest, border);
-    if (kShadowed * shadowed.separation > feature.separation) feature = shadowed;
-    if (options.threshold > 0) {
+    ChosenOutline chosen = FindOutline(*planes, border, ground, &disc);
+    if (chosen.is_frame && !hints.has_points()) {
+      rough.notes.emplace_back("a frame around the ground is left out");
+      rough.has_frame = true;
+      ground = PaintFrameOver(chosen.feature.Mask(), planes);
+      chosen = FindOutline(*planes, border, ground, &disc);
+    }
+    if (chosen.has_shadow) rough.notes.emplace_back("a shadow beside the cloth is left out");
+    if (hints.threshold > 0) {
+      const Feature distance = DistanceFeature(WithoutGround(planes->lab, ground));
       double most = 0;
       cv::minMaxLoc(distance.value, nullptr, &most);
-      feature = {distance.value, options.threshold * most, 1.0};
+      chosen.feature = {distance.value, hints.threshold * most};
+      chosen.share = 1;
     }
-    mask = feature.Mask();
-    if (has_points || feature.separation < kLeastSeparation) mask = GrabCut(planes, mask, options);
-    if (!has_points && cv::norm(cv::mean(rest, mask)) < kLeastDifference)
+    mask = chosen.feature.Mask();
+    if (hints.has_points() || chosen.share < kLeastShare) mask = GrabCut(*planes, mask, hints);
+    if (!hints.has_points() &&
+        cv::norm(cv::mean(WithoutGround(planes->lab, ground), mask)) < kLeastDifference)
       throw PhotoFailure{PhotoFault::kNoCloth,
                          "nothing differs from the ground, expected one piece of cloth on a plain "
                          "ground"};
   }
+  rough.ground_noise = ground.noise;
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, RoundElement(2));
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, RoundElement(2));
-  rough.pieces = mask;
-  rough.mask = PickCloth(planes, options, mask, &rough.warnings);
+  rough.pieces = mask | disc;
+  rough.mask = PickCloth(rough.pieces, &rough.notes);
   return rough;
 }
 

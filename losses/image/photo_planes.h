@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "losses/image/image.h"
-#include "losses/photo/photo.h"
+#include "losses/image/segmentation.h"
 
-// Internal to losses/photo: the picture that is worked on, and its light. A lens blurs light, not
+// Internal to losses: the picture that is worked on, and its light. A lens blurs light, not
 // the numbers that a file stores of it. A place where half of the light of either side falls is
 // therefore found in linear light; by stored values, a light disc looks .3 standard deviations of
 // the blur too large, a dark one too small.
@@ -79,11 +79,10 @@ struct PhotoFailure {
 // A photograph at its working size.
 struct PhotoPlanes {
   cv::Mat3b rgb;
-  cv::Mat3f light;       // red, green and blue in linear light, slightly smoothed
-  cv::Mat1f luma;        // the light of the luma, in the same way
-  cv::Mat3f lab;         // the same in CIE Lab
-  double scale = 1.0;    // working pixels to one of the photograph
-  double saturated = 0;  // share of the border's pixels that are white without detail
+  cv::Mat3f light;     // red, green and blue in linear light, slightly smoothed
+  cv::Mat1f luma;      // the light of the luma, in the same way
+  cv::Mat3f lab;       // the same in CIE Lab
+  double scale = 1.0;  // working pixels to one of the photograph
 
   // The blur in the working picture for a blur in the photograph: standard deviations [px].
   double WorkingBlur(double blur_of_photo) const;
@@ -92,6 +91,9 @@ PhotoPlanes MakePlanes(const RgbImage& image);
 
 // Throws PhotoFailure where nothing can be seen.
 void CheckExposure(const PhotoPlanes& planes);
+
+// Throws PhotoFailure for a highlight on the cloth without detail.
+void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth);
 
 // The pixels along the border of a picture.
 cv::Mat1b BorderMask(cv::Size size);

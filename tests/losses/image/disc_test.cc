@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/disc.h"
+#include "losses/image/disc.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 namespace drape {
 namespace {

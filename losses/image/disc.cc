@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/disc.h"
+#include "losses/image/disc.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 namespace drape {
 namespace {
@@ -215,6 +215,16 @@ void FindShares(std::vector<Ray>* rays) {
   }
 }
 
+// Whether the light on a ray differs more from that on either side than these from each other.
+bool HasLine(const Ray& ray) {
+  constexpr float kMore = 0.6f;
+  float most = 0;
+  for (const Vector4f& light : ray.light)
+    most = std::max(most, std::min((light.head<3>() - ray.inside).norm(),
+                                   (light.head<3>() - ray.outside).norm()));
+  return most > kMore * (ray.outside - ray.inside).norm();
+}
+
 struct Steps {
   std::vector<StepFinder::Step> of_ray;
   double misfit = 0.0;  // median
@@ -244,6 +254,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   constexpr double kLeastShare = 0.5;
   constexpr size_t kLeastPoints = 30;
   constexpr double kTolerances[] = {0.04, 0.015, 0.008, 0.005};  // of the radius
+  if (cv::countNonZero(cloth) == 0) return std::nullopt;
   const ClothSize size = MeasureSize(cloth);
   std::vector<Edge> edges;
   for (int ray = 0; ray < kRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
@@ -311,7 +322,34 @@ RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse) {
     rim.points.push_back(rays[i].middle + step.place * rays[i].normal);
   }
   rim.share = double(rim.points.size()) / kRays;
+  rim.is_line = std::count_if(rays.begin(), rays.end(), HasLine) > kRays / 2;
   return rim;
+}
+
+void LocateFinely(const RgbImage& photo, const PhotoPlanes& planes, const cv::Mat1b& mask,
+                  DiscRim* rim) {
+  constexpr double kLeastShare = 0.4, kLeastClear = 0.25;
+  constexpr float kClear = 6.0f;  // [px]
+  const double scale = planes.scale;
+  const auto to_photo = [&](float v) { return static_cast<float>((v + 0.5) / scale - 0.5); };
+  cv::RotatedRect ellipse = rim->ellipse;
+  ellipse.center = {to_photo(ellipse.center.x), to_photo(ellipse.center.y)};
+  ellipse.size = {float(ellipse.size.width / scale), float(ellipse.size.height / scale)};
+  const RimPoints fine = LocateRim(photo, ellipse);
+  rim->is_line = fine.is_line;
+  if (fine.share < kLeastShare) return;
+  const cv::Mat1b disc = RenderEllipse(mask.size(), rim->ellipse, rim->blur) > 0.5f;
+  cv::Mat1f inside;
+  cv::distanceTransform(mask | disc, inside, cv::DIST_L2, cv::DIST_MASK_5);
+  std::vector<Eigen::Vector2d> all, clear;
+  for (const Eigen::Vector2d& p : fine.points) {
+    all.push_back((p.array() + 0.5) * scale - 0.5);
+    const Eigen::Vector2i pixel = all.back().array().round().cast<int>();
+    if (inside(pixel.y(), pixel.x()) >= kClear) clear.push_back(all.back());
+  }
+  rim->points = double(clear.size()) > kLeastClear * double(all.size()) ? clear : all;
+  rim->ellipse = FitEllipse(rim->points);
+  rim->blur = planes.WorkingBlur(fine.blur);
 }
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal to losses/photo: the disc on the cloth, and its rim to a part of a pixel.
+// Internal to losses: the disc on the cloth, and its rim to a part of a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "losses/image/image.h"
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 namespace drape {
 
@@ -18,6 +18,7 @@ struct DiscRim {
   std::vector<Eigen::Vector2d> points;  // on it [px]
   double share = 0.0;                   // of the rays on which it is seen
   double blur = 1.0;                    // standard deviation [px]
+  bool is_line = false;                 // as of a clear disc: little changes across it, much on it
 };
 
 // The ellipse through points, least squares.
@@ -37,9 +38,15 @@ cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double bl
 // clear step are left out.
 struct RimPoints {
   std::vector<Eigen::Vector2d> points;
-  double share = 0.0;  // of the rays
-  double blur = 0.0;   // standard deviation [px]
+  double share = 0.0;    // of the rays
+  double blur = 0.0;     // standard deviation [px]
+  bool is_line = false;  // DiscRim
 };
 RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse);
+
+// Finds the rim again, in the photograph at its full size, where the cloth beside it is wide enough
+// not to mix its colour with the ground's. `mask`: the cloth in the working picture.
+void LocateFinely(const RgbImage& photo, const PhotoPlanes& planes, const cv::Mat1b& mask,
+                  DiscRim* rim);
 
 }  // namespace drape

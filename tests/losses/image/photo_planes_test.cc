@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 #include <gtest/gtest.h>
 

@@ -3,14 +3,14 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "losses/photo/cloth_mask.h"
-#include "losses/photo/photo_planes.h"
+#include "losses/image/cloth_mask.h"
+#include "losses/image/photo_planes.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
-constexpr int kBand = 10;               // [px] on either side, in which the outline may move
+constexpr int kBand = 5;                // [px] on either side, in which the outline may move
 constexpr double kWindowShare = 0.02;   // of the longer side: the neighbourhood
 constexpr int kApart = 4;               // [px] from the outline, where colours are unmixed
 constexpr int kMixed = 3;               // [px] from the disc, where colours are mixed with its own

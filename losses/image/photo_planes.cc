@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/photo_planes.h"
+#include "losses/image/photo_planes.h"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -131,10 +131,6 @@ PhotoPlanes MakePlanes(const RgbImage& image) {
   cv::cvtColor(photo, luma, cv::COLOR_RGB2GRAY);
   reduce(luma, &planes.luma);
   cv::cvtColor(planes.light, planes.lab, cv::COLOR_LRGB2Lab);
-  const cv::Mat1b border = BorderMask(planes.rgb.size());
-  cv::Mat1b least;
-  cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), least);
-  planes.saturated = cv::mean(least, border)[0] / 255;
   return planes;
 }
 
@@ -154,6 +150,22 @@ void CheckExposure(const PhotoPlanes& planes) {
                        Format("the photograph is too dark: its lightest parts have a lightness of "
                               "%.0f %%, expected at least %.0f",
                               *high, kDarkest)};
+}
+
+void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
+  constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
+  cv::Mat1b white;
+  cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), white);
+  // Back light, or a white ground.
+  if (cv::mean(white, BorderMask(white.size()))[0] / 255 > kMostOfGround) return;
+  const cv::Mat1b glare = white & (FilledHull(cloth) * 255);
+  const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
+  if (share <= kMostOfCloth) return;
+  throw PhotoFailure{PhotoFault::kGlare,
+                     Format("glare: %.1f %% of the cloth is white without detail, expected light "
+                            "that is not reflected into the camera",
+                            100 * share),
+                     {LongestOutline(glare / 255)}};
 }
 
 cv::Mat1b FilledHull(const cv::Mat1b& mask) {
