@@ -401,6 +401,7 @@ class Development {
   void CheckPose(const std::optional<FoundPose>& found) {
     constexpr double kMostTilt = 20 * kDegree, kNotedTilt = 12 * kDegree;
     constexpr double kLeastHeight = 2.0;    // specimen diameters
+    constexpr double kNotedHeight = 5.0;    // [m]
     constexpr double kMostMarkerError = 2;  // [px]
     if (!found || found->rms > kMostMarkerError)
       throw PhotoFailure{
@@ -422,6 +423,11 @@ class Development {
                          Format("the camera is %.2f m above the support, expected at least %.2f m",
                                 height, kLeastHeight * options_.specimen)};
     CheckCentre(found->first_harmonic);
+    if (height > kNotedHeight)
+      Warn(
+          Format("the camera seems to be %.1f m above the support, more than a stand or a hand "
+                 "reaches: are the focal length and the marker's size right?",
+                 height));
     if (tilt > kNotedTilt) Warn(Format("the camera is tilted by %.0f degrees", tilt / kDegree));
     if (found->tilt_sd > 1.5 * kDegree)
       Warn(Format("the tilt is known to %.1f degrees only", found->tilt_sd / kDegree));

@@ -141,7 +141,8 @@ const BadImage kBadImages[] = {
     {"Empty", [](const std::string& path) { std::ofstream(path).close(); }, "bad.png"},
     {"NotAnImage", [](const std::string& path) { std::ofstream(path) << "hello"; }, "bad.png"},
     {"OnePixel", [](const std::string& path) { WritePng(GrayImage(1, 1), path); }, "1"},
-    {"AllWhite", [](const std::string& path) { WritePng(GrayImage(256, 256), path); }, "no cloth"},
+    {"AllWhite", [](const std::string& path) { WritePng(GrayImage(256, 256), path); },
+     "nothing that could be a cloth"},
     {"AllBlack", [](const std::string& path) { WritePng(GrayImage(256, 256, 1), path); },
      "bad.png"},
     {"TouchesTheBorder", [](const std::string& path) { WritePng(Circle(256, 130), path); },
@@ -203,7 +204,7 @@ TEST_F(BadOutputTest, AFullDiskKeepsTheEarlierResult) {
 
 // Images that cannot be fitted together, or not at all.
 TEST_F(BadOutputTest, FitChecksItsInputFirst) {
-  WritePng(Circle(256, 90), Path("a.png"));
+  WritePng(Circle(256, 104), Path("a.png"));
   const auto fit = [&](std::vector<std::string> more) {
     std::vector<std::string> command = {kFit, "--images=" + Path("a.png"), "--fabric=" + kFabric,
                                         "--mesh=disc:120", "--out=" + Path("out")};

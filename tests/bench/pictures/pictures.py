@@ -97,11 +97,11 @@ def command(tool, row, picture, out, programs):
     specimen = [] if row['specimen_given'] == 0.30 else [f'--specimen={row["specimen_given"]}']
     if tool == 'photo':
         scale = [] if row['view'] == 'phone' else ['--marker=none']
-        if row['view'] == 'flat' and row['scale_given']:
-            scale.append(f'--px_per_m={row["px_per_m"]:.6g}')
+        if row['view'] == 'flat':
+            scale.append(f'--px_per_m={row["px_per_m"]:.6g}' if row['scale_given'] else '--dpi')
         return [programs / 'drape_photo', picture, f'--out={out}', *scale, *specimen]
     # Scale of a telephone's picture: as a ruler on the support shows it.
-    scale = [f'--camera_scale={row["px_per_m"]:.6g}'] if row['scale_given'] else []
+    scale = [f'--camera_scale={row["px_per_m"]:.6g}' if row['scale_given'] else '--dpi']
     if tool == 'metrics':
         return [programs / 'drape_metrics', picture, f'--out={out}/summary.json', *scale, *specimen]
     # The picture is read before the fit, which is kept as short as it can be.

@@ -130,6 +130,10 @@ TEST(Photo, NotesWhatMayBeOff) {
       {{0.82, 0.62, 0.52},
        {{-0.1, -0.075, 0.01}, {-0.03, -0.075, 0.01}, {-0.03, 0.075, 0.01}, {-0.1, 0.075, 0.01}}});
   expect(covered, "the disc's rim is seen on ");
+  PhotoScene far = SmallScene();
+  far.focal_35mm *= 6;
+  far.eye = {0, 0, 6.0};
+  expect(far, "the camera seems to be 6.0 m above the support");
 }
 
 struct BadPhoto {

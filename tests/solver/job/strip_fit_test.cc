@@ -200,6 +200,7 @@ class JointFit : public LabFitTest {
     spec_.stages.candidates_per_round = {2, 1};
     spec_.stages.iterations = {5, 25};
     spec_.observation.angles = 72;
+    spec_.observation.warp = "up";
     AddCantilever(0.0, 0.5);
     AddCantilever(90.0, 0.5);
   }
