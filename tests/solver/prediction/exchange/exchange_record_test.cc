@@ -74,7 +74,9 @@ TEST_F(ExchangeRecordTest, RepeatsWhatTheFitStates) {
       MakeLinearSheet(input, [](const LogQuantity&, Resistance resistance) {
         return std::optional(KnownTo{0.5, 3.0, resistance == Resistance::kBending});
       });
-  Write("summary.json", nlohmann::json{{"laboratory", {{"linear", SheetJson(sheet)}}}}.dump());
+  const nlohmann::json summary = {{"posterior", nlohmann::json::object()},
+                                  {"laboratory", {{"linear", SheetJson(sheet)}}}};
+  Write("summary.json", summary.dump());
   const ExchangeRecord record = MakeRecord(ReadFabric(Path("")), input.law, {});
   const LaboratoryRow& bend = Number(record, "bend_weft");
   EXPECT_EQ(bend.source, "measured");
