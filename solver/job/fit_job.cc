@@ -178,9 +178,8 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
   const MaterialField mean = MeanTables(report.material);
   const Bound bound =
       FindBendBound(problem, report, spec.stages.grid, best.guess, of_bend ? of_bend->left : 1.0);
-  const double least = bound == Bound::kAtLeast ? LeastRigidityOfFlat(problem, report) : 0.0;
-  MakeSheets(spec, problem.strips, JudgeByBound(judge, bound, mean, least / std::exp(bend(mean))),
-             report);
+  MakeSheets(spec, problem.strips,
+             JudgeByBound(judge, bound, mean, LeastRigidityOfFlat(problem, report)), report);
 }
 
 // The fit of strips ends with the last of its stages that succeeds.

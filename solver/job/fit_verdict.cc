@@ -361,13 +361,7 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
 Bound FindBendBound(const FitProblem& problem, const FitReport& report,
                     const InitialGuessOptions& grid, const InitialGuess& guess, double left) {
   constexpr double kHeld = 0.1;  // of the variance of the prior
-  bool flat = !report.drapes.empty();
-  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
-    if (report.drapes[i].image_radius.size() == 0) return Bound::kNone;
-    const Sag sag = FindSag(problem.observations[i], report.drapes[i]);
-    flat = flat && sag.mean < sag.error;
-  }
-  if (flat) return Bound::kAtLeast;
+  if (LeastRigidityOfFlat(problem, report) > 0.0) return Bound::kAtLeast;
   const auto [least, most] = std::minmax_element(grid.bend.begin(), grid.bend.end());
   if (left < kHeld || *least == *most) return Bound::kNone;
   return guess.bend >= *most    ? Bound::kAtLeast
@@ -381,8 +375,10 @@ Bound FindBendBound(const FitProblem& problem, const FitReport& report,
 double LeastRigidityOfFlat(const FitProblem& problem, const FitReport& report) {
   double least = 0.0;
   for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    if (report.drapes[i].image_radius.size() == 0) return 0.0;
     const DrapeDiscs& discs = problem.observations[i].discs;
     const Sag sag = FindSag(problem.observations[i], report.drapes[i]);
+    if (sag.mean >= sag.error) return 0.0;
     const double overhang = discs.specimen - discs.support,
                  length =
                      overhang * std::pow(overhang / (4 * 112 * (sag.mean + sag.error)), 1 / 6.);

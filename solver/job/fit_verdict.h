@@ -62,7 +62,8 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report);
 Bound FindBendBound(const FitProblem& problem, const FitReport& report,
                     const InitialGuessOptions& grid, const InitialGuess& guess, double left);
 // The least rigidity [N·m] of a cloth that differs from the flat one by no more than the images and
-// the outline's error do: a beam of the overhang's length, clamped at the support.
+// the outline's error do: a beam of the overhang's length, clamped at the support. 0 where an image
+// differs by more.
 double LeastRigidityOfFlat(const FitProblem& problem, const FitReport& report);
 
 // For summary.json: {"grade", "reasons", "lamps": {"measurement": {"grade", "reasons"}, …}}.

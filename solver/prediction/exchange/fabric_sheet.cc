@@ -314,8 +314,11 @@ double BendDegree(const LogQuantity& log_quantity, const MaterialField& tables) 
 }
 
 Judgement JudgeByBound(const Judgement& judge, Bound bound, const MaterialField& tables,
-                       double share) {
+                       double least) {
   if (bound == Bound::kNone) return judge;
+  MaterialField least_stiff = tables;
+  for (auto& row : least_stiff.bend[0].b)
+    for (double& entry : row) entry = kBendPerRigidity * least;
   return [=](const LogQuantity& quantity, Resistance resistance) -> std::optional<KnownTo> {
     constexpr double kRatio = 1e-3;  // of a degree: rounding
     std::optional<KnownTo> known = judge(quantity, resistance);
@@ -324,7 +327,7 @@ Judgement JudgeByBound(const Judgement& judge, Bound bound, const MaterialField&
     known->determined = degree > kRatio;
     if (bound == Bound::kAtLeast) {
       known->high = std::numeric_limits<double>::infinity();
-      if (share > 0.0) known->low = std::min(known->low, std::pow(share, degree));
+      if (least > 0.0) known->low = std::exp(quantity(least_stiff) - quantity(tables));
     } else {
       known->low = 0.0;
     }

@@ -52,10 +52,10 @@ double BendDegree(const LogQuantity& log_quantity, const MaterialField& tables);
 // The side from which drapes bound the rigidity of a fabric.
 enum class Bound { kNone, kAtLeast, kAtMost };
 // Takes the other end off the intervals of what outlines alone know of bending. A ratio of
-// rigidities is then not determined. share: the bound of a rigidity over its value in `tables`;
-// 0: that of `judge`.
+// rigidities is then not determined. least: the end from below, that of a cloth of this rigidity in
+// all directions [N·m]; 0: that of `judge`.
 Judgement JudgeByBound(const Judgement& judge, Bound bound, const MaterialField& tables,
-                       double share = 0.0);
+                       double least = 0.0);
 
 struct FabricSheetInput {
   MaterialField tables;  // one of each kind

@@ -273,10 +273,10 @@ TEST(FabricSheet, ABoundHasOneSideAndNoRatio) {
   const Judgement judge = [](const LogQuantity&, Resistance) {
     return std::optional(KnownTo{0.5, 2.0, true, true});
   };
-  const LaboratorySheet least = Sheet(JudgeByBound(judge, Bound::kAtLeast, Tables(), 0.125));
+  const LaboratorySheet least = Sheet(JudgeByBound(judge, Bound::kAtLeast, Tables(), 1e-6));
   EXPECT_EQ(Row(least, "bending_overall_un_m").Text(),
             "bending rigidity B, overall at least 1 µN·m, measured");
-  // Of a cube root, the cube root of the share; of 0.5 where that is less.
+  // Of a cube root, the cube root of an eighth.
   const double c = 100 * std::cbrt(8e-6 / (0.15 * 9.80665));
   EXPECT_NEAR(Row(least, "bending_length_overall_cm").value, c * 0.5, 1e-6);
   EXPECT_EQ(Row(least, "bending_warp_un_m").source, "from the prior");
