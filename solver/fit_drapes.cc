@@ -16,7 +16,6 @@ DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl&
   StoredFit stored = FitFromInput(spec, input, {}, control);
   const auto report = std::make_shared<const FitReport>(std::move(stored.report));
   DrapeFit fit{.material = report->material,
-               .stiffness = report->stiffness.value_or(StiffnessEstimates()),
                .sheet = report->fabric_sheet.value_or(LaboratorySheet()),
                .verdict = report->verdict,
                .notes = report->notes,
@@ -53,6 +52,8 @@ Posterior SamplePosterior(const DrapeFit& fit, int count, uint64_t seed) {
   Posterior posterior{.fabrics = {}, .quantities = {}, .pareto_k = report->posterior->pareto_k};
   for (const LaboratoryRow& row : fit.sheet.rows) posterior.quantities.push_back({row, {}});
   const Judgement judge_nothing = [](const LogQuantity&, Resistance) { return std::nullopt; };
+  std::vector<LabMeasurement> tests;
+  for (const StripReport& strip : report->strips) tests.push_back(strip.measurement);
   const GaussianPosterior& gaussian = report->posterior->distribution.gaussian;
   const Eigen::MatrixXd u = gaussian.Draws(IndependentSamples(gaussian.size(), count, seed));
   for (int i = 0; i < count; ++i) {
@@ -61,7 +62,8 @@ Posterior SamplePosterior(const DrapeFit& fit, int count, uint64_t seed) {
                                                    .law = fit.cloth->law,
                                                    .weights = report->stiffness_weights,
                                                    .density_is_given = report->density_is_given,
-                                                   .directions = report->directions},
+                                                   .directions = report->directions,
+                                                   .tests = tests},
                                                   judge_nothing);
     for (std::size_t k = 0; k < sheet.rows.size(); ++k)
       posterior.quantities[k].samples.push_back(sheet.rows[k].value);

@@ -21,7 +21,6 @@ namespace drape {
 // What a fit has found.
 struct DrapeFit {
   MaterialField material;          // fitted tables; of kBayes and kBdp the posterior's median
-  StiffnessEstimates stiffness;    // in the fitted drapes, with their uncertainty
   LaboratorySheet sheet;           // the fabric as laboratories report it
   FitVerdict verdict;              // what to trust
   std::vector<std::string> notes;  // what a reader of the numbers must know
@@ -46,8 +45,6 @@ DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl&
 struct PosteriorQuantity : LaboratoryRow {
   std::vector<double> samples;  // its value for each fabric; all equal where the fit holds it
 
-  // Whether the data have determined the quantity. Otherwise it is from the prior.
-  bool measured() const { return source.starts_with("measured"); }
   double Quantile(double share) const;  // of the samples; share: 0 to 1
 };
 

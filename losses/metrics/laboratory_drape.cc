@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "losses/outline/outline.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -62,29 +66,44 @@ std::string Padded(const std::string& text, int width) {
 
 constexpr const char* kBeyond = "beyond the instrument's range";
 
-// As the instrument of a row would print a number.
-std::string Reading(const LaboratoryRow& row, double value, const char* format) {
-  return row.Reads(value) ? Format(format, value) : "> " + Format(format, *row.reads_up_to);
+// A number without an exponent up to 999,999: "766", "1346", not "1.35e+03".
+std::string Plain(double value, int digits) {
+  const bool whole = std::abs(value) >= std::pow(10.0, digits) && std::abs(value) < 1e6;
+  return whole ? Format("%.0f", value) : Format("%.*g", digits, value);
 }
 
-nlohmann::ordered_json RowJson(const LaboratoryRow& row) {
-  const auto reading = [&](double value) {
-    return row.Reads(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
-  nlohmann::ordered_json json = {
-      {"key", row.key},   {"name", row.name}, {"value", reading(row.value)},
-      {"unit", row.unit}, {"low", nullptr},   {"high", nullptr}};
-  if (row.interval)
-    json.update({{"low", reading(row.interval->low)}, {"high", reading(row.interval->high)}});
-  json["source"] = row.source;
-  json["standard"] = row.standard;
-  if (row.reads_up_to) json["reads_up_to"] = *row.reads_up_to;
-  if (!row.Reads(row.value))
-    json["note"] = std::string(kBeyond) + ": " + Reading(row, row.value, "%.3g") + " " + row.unit;
-  return json;
+// As the instrument of a row would print a number.
+std::string Reading(const LaboratoryRow& row, double value, int digits) {
+  return row.Reads(value) ? Plain(value, digits) : "> " + Plain(*row.reads_up_to, digits);
 }
 
 }  // namespace
+
+std::string LaboratoryRow::ValueText() const {
+  if (interval && std::isinf(interval->low) && std::isinf(interval->high)) return "not known";
+  if (!is_bound()) return Reading(*this, value, 4);
+  return (std::isinf(interval->high) ? "at least " : "at most ") + Plain(value, 3);
+}
+
+std::string LaboratoryRow::IntervalText() const {
+  if (!interval || std::isinf(interval->low) || std::isinf(interval->high)) return "";
+  return Reading(*this, interval->low, 3) + " … " + Reading(*this, interval->high, 3);
+}
+
+std::string LaboratoryRow::Text() const {
+  const std::string ends = IntervalText();
+  return name + " " + ValueText() + (unit.empty() ? "" : " " + unit) +
+         (ends.empty() ? "" : " (" + ends + ")") + ", " + source;
+}
+
+const LaboratoryRow& LaboratorySheet::of(const std::string& key) const {
+  std::string keys;
+  for (const LaboratoryRow& row : rows) {
+    if (row.key == key) return row;
+    keys += (keys.empty() ? "" : ", ") + row.key;
+  }
+  throw InputError(title, "found no quantity '" + key + "', expected one of " + keys);
+}
 
 LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const DrapeDiscs& discs) {
   LaboratoryDrape drape{.discs = discs, .nodes = FindNodes(radius)};
@@ -113,7 +132,7 @@ LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& titl
   constexpr double kCentimetres = 100.0;  // in a metre
   LaboratorySheet sheet{title, {}};
   const auto add = [&](const char* key, const char* name, double value, const char* unit,
-                       const char* standard = "", const char* source = "measured") {
+                       const char* standard = "", const char* source = kMeasured) {
     sheet.rows.push_back({.key = key,
                           .name = name,
                           .value = value,
@@ -122,9 +141,9 @@ LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& titl
                           .standard = standard});
   };
   add("specimen_cm", "specimen, diameter", kCentimetres * 2 * drape.discs.specimen, "cm",
-      kDrapeStandard, "given");
+      kDrapeStandard, kGiven);
   add("support_cm", "support, diameter", kCentimetres * 2 * drape.discs.support, "cm",
-      kDrapeStandard, "given");
+      kDrapeStandard, kGiven);
   add("dc_percent", "drape coefficient DC", drape.drape_coefficient, "%", kDrapeStandard);
   add("nodes", "nodes N", static_cast<double>(drape.nodes.size()), "");
   add("node_spacing_deg", "node spacing, mean", kDegreesPerRadian * drape.spacing_mean, "°");
@@ -138,6 +157,30 @@ LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& titl
   add("amplitude_ratio_percent", "amplitude ratio", drape.amplitude_ratio, "%");
   add("circularity", "circularity", drape.circularity, "", "4πA/L²");
   return sheet;
+}
+
+nlohmann::ordered_json RowJson(const LaboratoryRow& row) {
+  const auto reading = [&](double value) {
+    return row.Reads(value) && std::isfinite(value) ? nlohmann::ordered_json(value)
+                                                    : nlohmann::ordered_json();
+  };
+  nlohmann::ordered_json json = {
+      {"key", row.key},
+      {"name", row.name},
+      {"value", row.is_bound() ? nlohmann::ordered_json() : reading(row.value)},
+      {"unit", row.unit},
+      {"low", nullptr},
+      {"high", nullptr},
+      {"text", row.ValueText()},
+      {"interval", row.IntervalText()}};
+  if (row.interval)
+    json.update({{"low", reading(row.interval->low)}, {"high", reading(row.interval->high)}});
+  json["source"] = row.source;
+  json["standard"] = row.standard;
+  if (row.reads_up_to) json["reads_up_to"] = *row.reads_up_to;
+  if (!row.Reads(row.value))
+    json["note"] = std::string(kBeyond) + ": " + row.ValueText() + " " + row.unit;
+  return json;
 }
 
 nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet) {
@@ -159,14 +202,39 @@ nlohmann::ordered_json DrapeSheetJson(const LaboratoryDrape& drape, const std::s
   return json;
 }
 
+std::optional<LaboratorySheet> ReadSheet(const std::string& folder, const std::string& name) {
+  const std::string path = folder + "/summary.json";
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  const nlohmann::json summary = ReadJsonFile(path);
+  const nlohmann::json::json_pointer where("/laboratory/" + name);
+  if (!summary.is_object() || !summary.contains(where)) return std::nullopt;
+  const JsonInput input(summary.at(where), path + ": " + where.to_string());
+  LaboratorySheet sheet{input.At("title").String(), {}};
+  const JsonInput rows = input.At("rows").ExpectArray();
+  for (int i = 0; i < rows.Size(); ++i) {
+    const JsonInput row = rows.At(i);
+    const auto number = [&](const char* key, double otherwise) {
+      return row.At(key).value().is_null() ? otherwise : row.At(key).Number();
+    };
+    const double infinity = std::numeric_limits<double>::infinity();
+    const double low = number("low", -infinity), high = number("high", infinity);
+    sheet.rows.push_back({.key = row.At("key").String(),
+                          .name = row.At("name").String(),
+                          .value = number("value", std::isinf(low) ? high : low),
+                          .unit = row.At("unit").String(),
+                          .source = row.At("source").String(),
+                          .standard = row.At("standard").String()});
+    if (!std::isinf(low) || !std::isinf(high)) sheet.rows.back().interval = {low, high};
+  }
+  return sheet;
+}
+
 std::string SheetText(const LaboratorySheet& sheet, const std::set<std::string>& keys) {
   std::string text = "  " + sheet.title + "\n";
   for (const LaboratoryRow& row : sheet.rows) {
     if (!keys.empty() && !keys.contains(row.key)) continue;
-    text += Format("    %-34s %9s", row.name.c_str(), Reading(row, row.value, "%.4g").c_str());
-    text += row.interval ? Format("  %8s … %-8s", Reading(row, row.interval->low, "%.3g").c_str(),
-                                  Reading(row, row.interval->high, "%.3g").c_str())
-                         : std::string(21, ' ');
+    text += "    " + Padded(row.name, 34) + Format(" %9s  ", row.ValueText().c_str()) +
+            Padded(row.IntervalText(), 19);
     text += "  " + Padded(row.unit, 11) + " " + row.source;
     text += row.Reads(row.value) ? "\n" : std::string(", ") + kBeyond + "\n";
   }

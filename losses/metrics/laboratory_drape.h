@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -38,35 +39,59 @@ struct LaboratoryDrape {
 };
 LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const DrapeDiscs& discs);
 
-// A quantity as a textile laboratory reports it, in its unit.
+// Where a number is from, in the words of all programs, pages and files.
+inline constexpr char kMeasured[] = "measured", kFromThePrior[] = "from the prior",
+                      kGiven[] = "given", kOriginNotKnown[] = "not known";
+
+// A quantity as a textile laboratory reports it, in its unit: the one type in which the value, the
+// interval and the origin of a number go from a fit to its verdict, sheet, page and exports.
 struct LaboratoryRow {
   std::string key;  // of a CSV column, with the unit: "dc_percent"
   std::string name;
-  double value = 0.0;
-  std::string unit;  // empty: none
+  double value = 0.0;     // the bound itself where the interval has one end only
+  std::string unit = {};  // empty: none
   struct Interval {
     double low = 0.0, high = 0.0;
   };
-  std::optional<Interval> interval = {};   // of 90 %
-  std::string source;                      // "measured", "from the prior", "given", …
+  // Of 90 %; an infinite end: the data bound the quantity from the other side only. None for what
+  // the data have not measured.
+  std::optional<Interval> interval = {};
+  std::string source = {};                 // kMeasured, kFromThePrior, …
   std::string standard = {};               // that defines it, or where the formula is from
   std::optional<double> reads_up_to = {};  // the largest value that its instrument reads
 
   bool Reads(double number) const { return !reads_up_to || number <= *reads_up_to; }
+  bool measured() const { return source.starts_with(kMeasured); }
+  // Whether its value is one bound, "at least" or "at most".
+  bool is_bound() const {
+    return interval && std::isinf(interval->high) != std::isinf(interval->low);
+  }
+  std::string ValueText() const;     // "9.52", "at least 124", "> 20"
+  std::string IntervalText() const;  // "5.9 … 15.2"; empty without two ends
+  // "bending rigidity B, overall 9.52 µN·m (5.9 … 15.2), measured"
+  std::string Text() const;
 };
 
 struct LaboratorySheet {
   std::string title;
   std::vector<LaboratoryRow> rows;
+
+  // The row of that key. Throws InputError that lists the keys.
+  const LaboratoryRow& of(const std::string& key) const;
 };
 
 // The sheet of a drape's outline: sizes, drape coefficient, nodes and numbers from node heights.
 LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title);
 
-// For reports: {"title", "rows": [{"key", "name", "value", "unit", "low", "high", "source",
-// "standard"}]}; low and high are null without an interval. Rows with a largest reading have it as
-// "reads_up_to"; what is larger is null, and if that is the value, "note" says so.
+// For reports: {"title", "rows": [{"key", "name", "value", "unit", "low", "high", "text",
+// "interval", "source", "standard"}]}. text, interval: ValueText, IntervalText. low and high are
+// null without an interval or beside a bound, whose value is null. Rows with a largest reading have
+// it as "reads_up_to"; what is larger is null, and if that is the value, "note" says so.
+nlohmann::ordered_json RowJson(const LaboratoryRow& row);
 nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet);
+// The sheet `name` of the block "laboratory" of summary.json of a fit in this folder; nothing where
+// there is none. Throws InputError for a file that cannot be read.
+std::optional<LaboratorySheet> ReadSheet(const std::string& folder, const std::string& name);
 // Writes the sheet with each node: {"angle_deg", "radius_mm", "height_mm", "width_mm", "severity"}.
 nlohmann::ordered_json DrapeSheetJson(const LaboratoryDrape& drape, const std::string& title);
 

@@ -294,23 +294,22 @@ void CentreOnFarCloth(const GrayImage& image, Camera* camera) {
   camera->cy = row;
 }
 
-// Makes one turn from the lowest point with hysteresis: a rise by kMinProminence above the lowest
-// point since the last fold, followed by a fall by kMinProminence, is one peak of that prominence.
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius) {
-  constexpr double kMinProminence = 2.5e-3;  // [m]
+// Makes one turn from the lowest point with hysteresis: a rise by the prominence above the lowest
+// point since the last fold, followed by a fall by it, is one peak of that prominence.
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double prominence) {
   const Eigen::VectorXd r = Smooth(radius);
   const int n = static_cast<int>(r.size());
   int start = 0, extreme = 0;
   r.minCoeff(&start);
   extreme = start;
-  bool rising = false;  // a rise by kMinProminence has occurred
+  bool rising = false;  // a rise by the prominence has occurred
   std::vector<Fold> folds;
   int valley = start;
   for (int i = 1; i <= n; ++i) {
     const int k = (start + i) % n;
     const double sign = rising ? 1.0 : -1.0;
     if (sign * r[k] > sign * r[extreme]) extreme = k;
-    if (sign * (r[extreme] - r[k]) < kMinProminence) continue;
+    if (sign * (r[extreme] - r[k]) < prominence) continue;
     if (rising)
       folds.push_back({valley, extreme});
     else
@@ -337,7 +336,9 @@ double ProfileArea(const Eigen::VectorXd& radius) {
   return M_PI * radius.squaredNorm() / radius.size();
 }
 
-int CountFolds(const Eigen::VectorXd& radius) { return static_cast<int>(FindFolds(radius).size()); }
+int CountFolds(const Eigen::VectorXd& radius, double prominence) {
+  return static_cast<int>(FindFolds(radius, prominence).size());
+}
 
 std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius) {
   const int n = static_cast<int>(radius.size());

@@ -101,10 +101,11 @@ struct Fold {
   int valley = 0, peak = 0;  // k
 };
 
-// The peaks with a prominence of at least 2.5 mm after smoothing by a Gaussian of standard
-// deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise from the
-// lowest place of the profile [m], shape [K].
-std::vector<Fold> FindFolds(const Eigen::VectorXd& radius);
+inline constexpr double kFoldProminence = 2.5e-3;  // [m]
+// The peaks with at least this prominence [m] after smoothing by a Gaussian of standard deviation
+// 2° (use K ≥ 180: a spacing wider than 2° is not smoothed), counter-clockwise from the lowest
+// place of the profile [m], shape [K].
+std::vector<Fold> FindFolds(const Eigen::VectorXd& radius, double prominence = kFoldProminence);
 
 // Features of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
 // depend on the rotation of the drape.
@@ -119,7 +120,7 @@ double DrapeCoefficient(double area, const DrapeDiscs& discs);
 double ProfileArea(const Eigen::VectorXd& radius);
 
 // The number of peaks that FindFolds finds.
-int CountFolds(const Eigen::VectorXd& radius);
+int CountFolds(const Eigen::VectorXd& radius, double prominence = kFoldProminence);
 
 // Amplitude a [m] and phase of mode k of the profile: a cos(kθ − phase).
 std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k);

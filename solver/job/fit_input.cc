@@ -63,6 +63,24 @@ std::vector<std::string> ListNotes(const std::vector<Observation>& observations)
   return notes;
 }
 
+// Leaves out images with the outline of an image before, to the last bit: a drape counts once.
+// Whoever names specimens has looked at them.
+void DropRepeats(FitProblem& problem, std::vector<std::string>* notes) {
+  if (!problem.specimens.empty()) return;
+  std::vector<Observation> kept;
+  for (Observation& observation : problem.observations) {
+    const auto same = std::find_if(kept.begin(), kept.end(), [&](const Observation& before) {
+      return before.radius == observation.radius;
+    });
+    if (same == kept.end())
+      kept.push_back(std::move(observation));
+    else
+      notes->push_back(observation.name + ": the same outline as " + same->name +
+                       ": it counts once");
+  }
+  problem.observations = std::move(kept);
+}
+
 // The warp is known in all images or in none; strips have it in their directions. Elements of a
 // field are in one place of the cloth in all images.
 void PrepareWarp(FitModel model, bool with_strips, FitProblem& problem,
@@ -416,6 +434,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   problem.observations = std::move(fabric.drapes);
   problem.specimens = std::move(fabric.specimens);
   input.notes = ListNotes(problem.observations);
+  DropRepeats(problem, &input.notes);
   PrepareWarp(spec.model, false, problem, &input.notes);
   input.density_is_given = fabric.density > 0.0;
   const auto prepare = [&](MaterialField tables, double density) {
@@ -454,6 +473,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   CheckNames(input.problem.observations);
   for (std::string& note : ListNotes(input.problem.observations))
     input.notes.push_back(std::move(note));
+  DropRepeats(input.problem, &input.notes);
   PrepareWarp(spec.model, !measurements.empty(), input.problem, &input.notes);
   const double density = FindDensity(data, measurements, &input.notes);
   input.density_is_given = density > 0.0;

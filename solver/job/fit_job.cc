@@ -135,55 +135,64 @@ void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput
   }
 }
 
-// As laboratories report the fitted cloth.
-LaboratorySheet MakeSheet(const FitSpec& spec, const FitReport& report, const Judgement& judge) {
-  return MakeFabricSheet({.tables = MeanTables(report.material),
-                          .law = MakeLaw(spec.law),
-                          .weights = report.stiffness_weights,
-                          .density_is_given = report.density_is_given,
-                          .directions = report.directions},
-                         judge);
+// States what is known of the fitted cloth: as laboratories report it, and as exports do.
+void MakeSheets(const FitSpec& spec, const StripResiduals* strips, const Judgement& judge,
+                FitReport& report) {
+  FabricSheetInput input{.tables = MeanTables(report.material),
+                         .law = MakeLaw(spec.law),
+                         .weights = report.stiffness_weights,
+                         .density_is_given = report.density_is_given,
+                         .directions = report.directions};
+  if (strips != nullptr) input.tests = strips->measurements();
+  report.fabric_sheet = MakeFabricSheet(input, judge);
+  report.linear_sheet = MakeLinearSheet(input, judge);
 }
 
-// How well the stiffness of the fitted cloth is known: by the Laplace approximation at its one
-// table, with the outlines' residuals weighted as those of a posterior: by their own σ, and as many
-// as are independent; the laboratory's quantities by the posterior of model bayes.
-void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
-                             const FitCandidate& best, const Eigen::MatrixXd& jacobian,
-                             FitReport& report) {
+// How well the fitted cloth is known: by the Laplace approximation at its one table, with the
+// outlines' residuals weighted as those of a posterior, by their own σ and as many as are
+// independent; of model bayes by the posterior where its samples are reliable.
+void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const FitCandidate& best,
+                         const Eigen::MatrixXd& jacobian, FitReport& report) {
   const OutlineResidualOptions& residuals = spec.stages.residuals;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
-  const Eigen::MatrixXd tie = TyingMatrix(spec.stages.parameters);
   const WeightedRows rows = {
       .jacobian = jacobian,
       .outline_rows = std::min<Eigen::Index>(jacobian.rows(),
                                              problem.observations.size() * spec.observation.angles),
       .outline_weight = sigma_ratio * sigma_ratio * independent};
-  StiffnessEstimates estimates =
-      EstimateStiffness(table, report.stiffness_weights, tie, rows, spec.stages.prior_sigma);
+  Judgement judge =
+      JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows, spec.stages.prior_sigma);
+  const LogQuantity stretch = [&](const MaterialField& tables) {
+    return std::log(EffectiveStretch(tables, report.stiffness_weights));
+  };
+  const LogQuantity bend = [&](const MaterialField& tables) {
+    return std::log(EffectiveBend(tables, report.stiffness_weights));
+  };
+  const std::optional<KnownTo> of_stretch = judge(stretch, Resistance::kStretching),
+                               of_bend = judge(bend, Resistance::kBending);
+  if (report.posterior && report.posterior->kind == PosteriorKind::kHierarchy &&
+      report.posterior->pareto_k < kReliableK)
+    judge = JudgeByPosterior(MakeStoredPosterior(*report.posterior),
+                             of_stretch && of_stretch->determined,
+                             of_bend && of_bend->by_outlines ? kModelDeviation : 0.0);
   const MaterialField mean = MeanTables(report.material);
-  estimates.stretch.value = EffectiveStretch(mean, report.stiffness_weights);
-  estimates.bend.value = EffectiveBend(mean, report.stiffness_weights);
-  report.stiffness = estimates;
-  const bool sampled = report.posterior && report.posterior->kind == PosteriorKind::kHierarchy;
-  report.fabric_sheet = MakeSheet(
-      spec, report,
-      sampled ? JudgeByPosterior(MakeStoredPosterior(*report.posterior),
-                                 estimates.stretch.determined, estimates.bend.model_deviation)
-              : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
+  const Bound bound =
+      FindBendBound(problem, report, spec.stages.grid, best.guess, of_bend ? of_bend->left : 1.0);
+  MakeSheets(spec, problem.strips,
+             JudgeByBound(judge, bound, mean, LeastRigidityOfFlat(problem, report)), report);
 }
 
 // The fit of strips ends with the last of its stages that succeeds.
-void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
+void EstimateLabCloth(const FitSpec& spec, const StripResiduals* strips, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
   const Eigen::MatrixXd tie =
       TyingMatrix(ParseName<ParameterTying>(std::to_string(fit.jacobian.cols()), "num_parameters"));
-  const WeightedRows rows = {.jacobian = fit.jacobian};
-  const double sigma = spec.stages.prior_sigma;
-  report.stiffness = EstimateStiffness(report.material, EqualStiffnessWeights(), tie, rows, sigma);
-  report.fabric_sheet = MakeSheet(spec, report, JudgeByLaplace(report.material, tie, rows, sigma));
+  MakeSheets(
+      spec, strips,
+      JudgeByLaplace(report.material, tie, {.jacobian = fit.jacobian}, spec.stages.prior_sigma),
+      report);
 }
 
 // Without a candidate: the fit of the laboratory measurements.
@@ -192,7 +201,7 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
   if (problem.strips == nullptr) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
-  EstimateLabStiffness(spec, report);
+  EstimateLabCloth(spec, problem.strips, report);
   report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
 }
@@ -220,12 +229,12 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
       LineariseInDrape(MeanTables(report.material), MakeLaw(spec.law), report.stiffness_weights);
   report.directions = NameDirections(problem.observations.front().warp.has_value(),
                                      linear.bend_warp, linear.bend_weft);
-  EstimateFittedStiffness(spec, problem, *best, jacobian, report);
   report.mesh_error = EstimateMeshError(input.problem, spec.stages, state);
   if (problem.fine != input.problem.fine && !control.cancelled())
     report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
                                   problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
   ReportDrapes(spec, problem, FindFittedCloth(input, state), *best, control.cancel, report);
+  EstimateFittedCloth(spec, problem, *best, jacobian, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

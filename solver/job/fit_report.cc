@@ -50,9 +50,11 @@ bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x
                          fitted.radius, observation.camera, observation.discs);
   // The drape coefficient of a photograph is that of the drape's vertical projection.
   const Camera above;
-  if (observation.camera.kind == CameraKind::kPinhole &&
-      OutlineFromMesh(mesh, x, above, kReportAngles, &fitted))
-    drape->metrics.fitted = MeasureShape(MetresFromPixels(fitted.radius, above), observation.discs);
+  const bool is_photograph =
+      observation.camera.kind == CameraKind::kPinhole &&
+      OutlineFromMesh(mesh, observation.InImage(x), above, kReportAngles, &fitted);
+  drape->radius = MetresFromPixels(fitted.radius, is_photograph ? above : observation.camera);
+  if (is_photograph) drape->metrics.fitted = MeasureShape(drape->radius, observation.discs);
   drape->x = std::move(x);
   return true;
 }
@@ -355,6 +357,7 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
 ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) {
   ordered_json json = ordered_json::object();
   if (report.fabric_sheet) json["material"] = SheetJson(*report.fabric_sheet);
+  if (report.linear_sheet) json["linear"] = SheetJson(*report.linear_sheet);
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     json["drape_" + problem.observations[i].name] = DrapeSheetJson(
         report.drapes[i].laboratory, "Drape in the image " + problem.observations[i].name);
@@ -364,9 +367,9 @@ ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) 
 // The rows of a sheet that fit on a screen.
 std::string ShortSheet(const LaboratorySheet& sheet) {
   return SheetText(sheet, {"dc_percent", "nodes", "node_severity", "drape_distance_ratio_percent",
-                           "bending_warp_un_m", "bending_weft_un_m", "bending_stiffer_un_m",
-                           "bending_softer_un_m", "bending_ratio", "bending_overall_un_m",
-                           "bending_length_overall_cm", "shear_n_per_m"});
+                           "bending_in_drape_un_m", "bending_warp_un_m", "bending_weft_un_m",
+                           "bending_stiffer_un_m", "bending_softer_un_m", "bending_ratio",
+                           "bending_overall_un_m", "bending_length_overall_cm", "shear_n_per_m"});
 }
 
 std::string LaboratoryText(const FitProblem& problem, const FitReport& report) {
@@ -384,8 +387,9 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
                        {"status", report.cancelled  ? "cancelled"
                                   : report.fitted() ? "done"
                                                     : "failed"}};
-  json.update(
-      {{"model", ToString(spec.model)}, {"verdict", VerdictJson(report)}, {"notes", report.notes}});
+  json.update({{"model", ToString(spec.model)},
+               {"verdict", VerdictJson(report.verdict)},
+               {"notes", report.notes}});
   if (report.fitted()) {
     json["directions"] = {report.directions.warp, report.directions.weft};
     json["stiffness"] = StiffnessJson(report);
@@ -518,9 +522,10 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
       model.mesh, observation, std::move(Settle(backend, material, {&flat, 1}, replay).front()),
       replay.solve_mode);
   Outline outline;
-  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &outline))
-    report->laboratory = MeasureLaboratoryDrape(
-        VerticalProfile(outline.radius, observation.camera, observation.discs), observation.discs);
+  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &outline)) {
+    report->image_radius = VerticalProfile(outline.radius, observation.camera, observation.discs);
+    report->laboratory = MeasureLaboratoryDrape(report->image_radius, observation.discs);
+  }
   return Measure(model.mesh, observation, x, &report->fitted) &&
          Measure(model.mesh, observation, nudged.x, &report->settled);
 }
@@ -589,7 +594,7 @@ std::string FitText(const FitProblem& problem, const FitReport& report) {
          LaboratoryText(problem, report) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size())) +
-         VerdictLine(problem, report);
+         VerdictText(problem, report);
 }
 
 }  // namespace drape

@@ -26,6 +26,7 @@ namespace drape {
 struct MeasuredDrape {
   Eigen::VectorXd x;  // [m], shape [3V]
   SilhouetteMetrics metrics;
+  Eigen::VectorXd radius = {};  // of its vertical projection [m], shape [kReportAngles]
 };
 
 // A fitted drape against its image, whether it is an equilibrium (a transient shape that matches
@@ -42,7 +43,8 @@ struct DrapeReport {
   EquilibriumStatus status = EquilibriumStatus::kStable;
   // The drapes of the fitted material from other starts; none where they are not stable.
   std::optional<MeasuredDrape> from_guess, from_flat;
-  LaboratoryDrape laboratory;  // of the image
+  LaboratoryDrape laboratory;         // of the image
+  Eigen::VectorXd image_radius = {};  // as MeasuredDrape::radius; empty where it is not closed
 };
 
 // Angles of the profiles that are compared.
@@ -74,9 +76,8 @@ struct FitReport {
   std::optional<PosteriorFit> posterior;  // kBayes, kBdp
   Spectrum spectrum;                      // empty when the drapes are not stable
   Eigen::VectorXd stiffness_weights = EqualStiffnessWeights();  // of the fitted drapes
-  std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
-  std::optional<LaboratorySheet> fabric_sheet;  // of `material`
-  std::optional<MeshError> mesh_error;          // of its one table; none for a fit on one mesh
+  std::optional<LaboratorySheet> fabric_sheet, linear_sheet;    // of `material`
+  std::optional<MeshError> mesh_error;  // of its one table; none for a fit on one mesh
   DirectionNames directions;
   bool density_is_given = false;                // else it is that of the start tables
   const MaterialField* ground_truth = nullptr;  // that the images were made with, if known

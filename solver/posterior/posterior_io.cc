@@ -343,19 +343,20 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
 }
 
 std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
-  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
   const Eigen::MatrixXd root = fit.hierarchy.LatentRoot();
   const Eigen::VectorXd deviation =
       LogDeviations(root, fit.distribution.gaussian).cwiseQuotient(root.rowwise().norm());
-  std::string text = IsElementwise(fit)
-                         ? "  faces and hinges, mean and standard deviation: stretch "
-                         : "  posterior of the fabric: stretch ";
-  text += StiffnessText(stiffness.stretch, stiffness.stretch_deviation, "N/m") + ", bend " +
-          StiffnessText(stiffness.bend, stiffness.bend_deviation, "N m") + "\n";
-  if (!IsElementwise(fit))
-    text += Format("  %d of %d log factors have less than %.1f of their prior deviation\n",
-                   static_cast<int>((deviation.array() < kNarrowed).count()),
-                   static_cast<int>(deviation.size()), kNarrowed);
+  std::string text;
+  if (IsElementwise(fit)) {
+    const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
+    text = "  faces and hinges, mean and standard deviation: stretch " +
+           StiffnessText(stiffness.stretch, stiffness.stretch_deviation, "N/m") + ", bend " +
+           StiffnessText(stiffness.bend, stiffness.bend_deviation, "N m") + "\n";
+  } else {
+    text = Format("  %d of %d log factors have less than %.1f of their prior deviation\n",
+                  static_cast<int>((deviation.array() < kNarrowed).count()),
+                  static_cast<int>(deviation.size()), kNarrowed);
+  }
   if (std::isnan(fit.elbo))
     return text + Format(
                       "  sigma of the outline %.2f px; too few independent samples are valid "

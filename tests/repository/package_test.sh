@@ -58,7 +58,7 @@ Files() {
 Inside apt-get update -qq
 Install "$(Package drapefit || Package drapefit-cuda)"
 Inside bash /source/tools/quickstart --installed /tmp/quickstart | tee "$scratch/quickstart"
-grep -q 'verdict: good' "$scratch/quickstart" || fail "the quickstart finds no good fit"
+grep -q 'bending good' "$scratch/quickstart" || fail "the quickstart finds no good fit"
 [ -s "$root/tmp/quickstart/report.html" ] || fail "the quickstart leaves no report"
 Inside drapefit help fit | grep -q '^drape_fit ' || fail "drapefit does not find the programs beside it"
 

@@ -293,15 +293,16 @@ void BindFits(py::module_& m) {
       .def_readonly("unit", &LaboratoryRow::unit)
       .def_readonly("source", &LaboratoryRow::source, "measured, from the prior, given, ...")
       .def_readonly("standard", &LaboratoryRow::standard)
+      .def_property_readonly("measured", &LaboratoryRow::measured)
+      .def("__str__", &LaboratoryRow::Text)
       .def_property_readonly(
           "interval",
           [](const LaboratoryRow& self) -> std::optional<std::pair<double, double>> {
             if (!self.interval) return std::nullopt;
             return std::make_pair(self.interval->low, self.interval->high);
           },
-          "of 90 %, or None");
+          "of 90 %, or None; an infinite end: the value is a bound");
   py::class_<PosteriorQuantity, LaboratoryRow>(m, "PosteriorQuantity")
-      .def_property_readonly("measured", &PosteriorQuantity::measured)
       .def_property_readonly("samples", [](const PosteriorQuantity& self) {
         return Eigen::VectorXd::Map(self.samples.data(), std::ssize(self.samples)).eval();
       });
@@ -312,6 +313,14 @@ void BindFits(py::module_& m) {
       .def_property_readonly("grade",
                              [](const DrapeFit& self) { return ToString(self.verdict.grade); })
       .def_property_readonly("reasons", [](const DrapeFit& self) { return self.verdict.reasons; })
+      .def_property_readonly("lamps",
+                             [](const DrapeFit& self) {
+                               const FitVerdict& verdict = self.verdict;
+                               return std::map<std::string, std::string>{
+                                   {"measurement", ToString(verdict.measurement.grade)},
+                                   {"shape", ToString(verdict.shape.grade)},
+                                   {"bending", ToString(verdict.bending.grade)}};
+                             })
       .def_property_readonly("material",
                              [](const DrapeFit& self) {
                                if (!self.fitted()) throw InputError("fit", "has found no material");

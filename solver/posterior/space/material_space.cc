@@ -110,7 +110,8 @@ FabricBelief MakeBelief(const SpaceFrame& frame, const StoredPosterior& posterio
                       .folder = folder,
                       .density = posterior.base.density,
                       .theta = {},
-                      .centre = frame.LogFactors(posterior.base, folder + "/base.json")};
+                      .centre = frame.LogFactors(posterior.base, folder + "/base.json"),
+                      .sheet = ReadSheet(folder, "material")};
   belief.theta.mean = belief.centre + posterior.mean.head(n);
   if (posterior.kind == PosteriorKind::kElements) {
     belief.theta.covariance = posterior.element_sd.cwiseAbs2().asDiagonal();

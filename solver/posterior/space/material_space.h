@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "losses/metrics/laboratory_drape.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
 #include "solver/posterior/posterior_io.h"
@@ -64,6 +66,8 @@ struct FabricBelief {
   Eigen::VectorXd centre;    // the mean of its prior
   // Standard deviations of a specimen's log factors on all stretch and on all bend entries.
   Eigen::Vector2d specimen_sd = Eigen::Vector2d::Zero();
+  // What the fit states of the fabric (ReadSheet "material"); nothing without its summary.
+  std::optional<LaboratorySheet> sheet = {};
 };
 
 // The last parts of the folders where they differ, otherwise their paths without the parts at the

@@ -59,6 +59,7 @@ ordered_json FabricsJson(const MaterialSpace& space) {
                        {"sd", fabric.theta.covariance.diagonal().cwiseSqrt()},
                        {"specimen_sd", fabric.specimen_sd},
                        {"determined", DistributionJson(space.fabrics[i])}});
+    if (fabric.sheet) fabrics.back()["laboratory"] = SheetJson(*fabric.sheet);
   }
   return fabrics;
 }
@@ -249,6 +250,9 @@ std::string MaterialSpaceText(const MaterialSpace& space) {
                    MakePrintableLine(fabrics[i].name).c_str(),
                    MakePrintableLine(fabrics[nearest].name).c_str(), distance,
                    HellingerText(space, i, nearest).c_str());
+    if (fabrics[i].sheet)
+      text +=
+          "    " + MakePrintableLine(fabrics[i].sheet->of("bending_in_drape_un_m").Text()) + "\n";
   }
   if (!space.has_population()) return text + "no population: no direction is determined\n";
   text += Format("population: %d component(s) in %d directions\n", space.population.size(),

@@ -12,7 +12,9 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/prediction/exchange/fabric_sheet.h"
 
 namespace drape {
 namespace {
@@ -42,57 +44,37 @@ double RigidityInDrape(const BendTable& table, const Eigen::VectorXd& weights, i
 
 using Json = nlohmann::ordered_json;
 
-double SampleVariance(const std::vector<double>& values) {
-  double mean = 0.0, variance = 0.0;
-  for (const double value : values) mean += value / static_cast<double>(values.size());
-  for (const double value : values)
-    variance += (value - mean) * (value - mean) /
-                static_cast<double>(std::max<size_t>(1, values.size() - 1));
-  return variance;
-}
-
-using Linearise = std::function<LinearFabric(const MaterialField&)>;
-
-std::vector<LinearFabric> LineariseAll(const FabricSamples& samples, const Linearise& linearise) {
-  std::vector<LinearFabric> materials;
-  materials.reserve(samples.tables.size());
-  for (const MaterialField& tables : samples.tables) materials.push_back(linearise(tables));
-  return materials;
-}
-
-std::vector<double> Values(const std::vector<LinearFabric>& materials, double LinearFabric::*value,
-                           bool logarithm) {
-  std::vector<double> values;
-  values.reserve(materials.size());
-  for (const LinearFabric& material : materials)
-    values.push_back(logarithm ? std::log(material.*value) : material.*value);
-  return values;
-}
-
-void AddUncertainty(const StoredPosterior& posterior, const RecordOptions& options,
-                    const Linearise& linearise, std::vector<RecordedNumber>* numbers) {
-  const auto after =
-      LineariseAll(SampleFabric(posterior, options.samples, options.seed), linearise);
-  const auto before =
-      LineariseAll(SamplePrior(posterior, options.samples, options.seed), linearise);
-  for (size_t i = 0; i < numbers->size(); ++i) {
-    const auto value = LinearNumbers()[i].value;
-    RecordedNumber& number = (*numbers)[i];
-    number.sd = std::sqrt(SampleVariance(Values(after, value, false)));
-    if (!(number.value > 0.0)) continue;  // a zero stays zero: no logarithm
-    const double prior = SampleVariance(Values(before, value, true)),
-                 left = SampleVariance(Values(after, value, true));
-    number.share_removed = prior > 0.0 ? std::max(0.0, 1.0 - left / prior) : 0.0;
+// What the fit states of each of LinearNumbers, in their order, since its drapes may name the
+// directions otherwise; nothing for other fabrics.
+std::optional<LaboratorySheet> FindSheet(const FabricSource& source, const Law& law) {
+  if (source.kind == "field" || !std::filesystem::is_directory(source.path)) return std::nullopt;
+  if (auto sheet = ReadSheet(source.path, "linear")) {
+    if (sheet->rows.size() == LinearNumbers().size()) return sheet;
+    throw InputError(source.path + "/summary.json: /laboratory/linear/rows",
+                     "has " + std::to_string(sheet->rows.size()) + " rows, expected " +
+                         std::to_string(LinearNumbers().size()));
   }
+  if (!source.posterior || source.posterior->kind != PosteriorKind::kHierarchy) return std::nullopt;
+  return MakeLinearSheet({.tables = source.material.field,
+                          .law = law,
+                          .weights = EqualStiffnessWeights(),
+                          .density_is_given = true},
+                         JudgeByPosterior(*source.posterior));
 }
 
-Json NumberJson(const RecordedNumber& number, bool has_posterior) {
-  Json json = {{"value", number.value}, {"unit", number.unit}};
-  json["sd"] = number.sd ? Json(*number.sd) : Json(nullptr);
-  json["origin"] = !has_posterior ? "not known" : number.measured() ? "measured" : "prior";
-  json["share_of_variance_removed"] =
-      number.share_removed ? Json(*number.share_removed) : Json(nullptr);
-  return json;
+// known: the row of the fit, whose interval holds as shares of its value; null for other fabrics.
+LaboratoryRow MakeNumber(const std::string& key, const char* unit, double value,
+                         const LaboratoryRow* known) {
+  LaboratoryRow row{
+      .key = key, .name = key, .value = value, .unit = unit, .source = kOriginNotKnown};
+  if (known == nullptr) return row;
+  row.source = known->source;
+  row.interval = known->interval;
+  if (known->is_bound()) row.value = known->value;
+  if (!known->interval || known->is_bound()) return row;
+  row.interval->low *= value / known->value;
+  row.interval->high *= value / known->value;
+  return row;
 }
 
 Json TablesJson(const MaterialField& tables) {
@@ -157,12 +139,6 @@ void CheckImages(const StoredSamples& samples, const std::string& folder) {
 
 DirectionNames NameDirections(const FabricSource& source, const LinearFabric& fabric) {
   return drape::NameDirections(source.material.warp_known, fabric.bend_warp, fabric.bend_weft);
-}
-
-std::string NumberKey(const LinearNumber& number, const DirectionNames& directions) {
-  if (number.value == &LinearFabric::bend_warp) return "bend_" + directions.warp;
-  if (number.value == &LinearFabric::bend_weft) return "bend_" + directions.weft;
-  return number.key;
 }
 
 std::string Header(const FabricSamples& samples, const std::optional<StoredSamples>& own,
@@ -277,37 +253,38 @@ const std::vector<LinearNumber>& LinearNumbers() {
   return numbers;
 }
 
+std::string NumberKey(const LinearNumber& number, const DirectionNames& directions) {
+  if (number.value == &LinearFabric::bend_warp) return "bend_" + directions.warp;
+  if (number.value == &LinearFabric::bend_weft) return "bend_" + directions.weft;
+  return number.key;
+}
+
 ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
                           const RecordOptions& options) {
-  const Linearise linearise = [&](const MaterialField& tables) {
-    return options.point == LinearPoint::kRest ? LineariseAtRest(tables, law)
-                                               : LineariseInDrape(tables, law, options.weights);
-  };
   ExchangeRecord record;
   record.source = source;
   record.point = options.point;
   record.thickness = options.thickness;
-  record.material = linearise(source.material.field);
+  const MaterialField& tables = source.material.field;
+  record.material = options.point == LinearPoint::kRest
+                        ? LineariseAtRest(tables, law)
+                        : LineariseInDrape(tables, law, options.weights);
   record.directions = NameDirections(source, record.material);
-  for (const LinearNumber& number : LinearNumbers())
-    record.numbers.push_back({.key = NumberKey(number, record.directions),
-                              .unit = number.unit,
-                              .value = record.material.*number.value,
-                              .sd = {},
-                              .share_removed = {}});
-  if (source.posterior && source.posterior->kind == PosteriorKind::kHierarchy)
-    AddUncertainty(*source.posterior, options, linearise, &record.numbers);
+  const std::optional<LaboratorySheet> sheet = FindSheet(source, law);
+  for (std::size_t i = 0; i < LinearNumbers().size(); ++i) {
+    const LinearNumber& number = LinearNumbers()[i];
+    record.numbers.push_back(MakeNumber(NumberKey(number, record.directions), number.unit,
+                                        record.material.*number.value,
+                                        sheet ? &sheet->rows[i] : nullptr));
+  }
   return record;
 }
 
 Json RecordJson(const ExchangeRecord& record) {
-  const bool has_posterior =
-      record.source.posterior && record.source.posterior->kind == PosteriorKind::kHierarchy;
-  Json json = {{"format", "drapefit-exchange"},       {"version", 1},
+  Json json = {{"format", "drapefit-exchange"},       {"version", 2},
                {"name", record.source.material.name}, {"units", "SI"},
                {"source", record.source.path},        {"linearised_at", ToString(record.point)}};
-  for (const RecordedNumber& number : record.numbers)
-    json["linear"][number.key] = NumberJson(number, has_posterior);
+  for (const LaboratoryRow& number : record.numbers) json["linear"][number.key] = RowJson(number);
   json["directions"] = {record.directions.warp, record.directions.weft};
   json["density"] = {{"value", record.material.density}, {"unit", "kg/m2"}};
   json["thickness"] =

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/metrics/laboratory_drape.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
@@ -74,41 +75,28 @@ constexpr auto EnumNames(LinearPoint) {
   return MakeNames<LinearPoint>({{LinearPoint::kRest, "rest"}, {LinearPoint::kDrape, "drape"}});
 }
 
-// A number of the record. sd and share are of fits with a posterior alone.
-struct RecordedNumber {
-  std::string key;           // "c11", "bend_weft"
-  std::string unit;          // "N/m", "N m"
-  double value = 0.0;        // of the exported tables: with a posterior its median
-  std::optional<double> sd;  // standard deviation under the posterior
-  // The share of the logarithm's prior variance that the fit has removed: at least
-  // one half is called measured, less is from the prior.
-  std::optional<double> share_removed;
-
-  bool measured() const { return share_removed && *share_removed >= 0.5; }
-};
-
 struct ExchangeRecord {
   FabricSource source;
   LinearPoint point = LinearPoint::kRest;
   LinearFabric material;
   DirectionNames directions;
-  std::vector<RecordedNumber> numbers;  // named by the directions: "bend_warp", "bend_softer"
-  std::optional<double> thickness;      // [m]
+  // Of LinearNumbers with their NumberKey, with the exported value and the interval and origin that
+  // the fit states (MakeLinearSheet). Of a posterior without its fit those of JudgeByPosterior.
+  std::vector<LaboratoryRow> numbers;
+  std::optional<double> thickness;  // [m]
 };
 
 struct RecordOptions {
   LinearPoint point = LinearPoint::kRest;
   Eigen::VectorXd weights;  // kDrape: StiffnessWeights of its drapes, shape [39]
   std::optional<double> thickness;
-  int samples = 2000;  // of posterior and prior, for sd and share
-  uint64_t seed = 1;
 };
+// Throws InputError for a summary of the fit that cannot be read.
 ExchangeRecord MakeRecord(const FabricSource& source, const Law& law, const RecordOptions& options);
 
-// {"format": "drapefit-exchange", "version": 1, "name", "units", "source", "linearised_at",
-//  "linear": {"c11": {"value", "unit", "sd", "origin", "share_of_variance_removed"}, …},
-//  "directions": ["warp", "weft"] or their names, "density", "thickness", "tables": {"convention":
-//  "mechanical", "stretch", "bend"}}.
+// {"format": "drapefit-exchange", "version": 2, "name", "units", "source", "linearised_at",
+//  "linear": {"c11": RowJson, …}, "directions": ["warp", "weft"] or their names, "density",
+//  "thickness", "tables": {"convention": "mechanical", "stretch", "bend"}}.
 nlohmann::ordered_json RecordJson(const ExchangeRecord& record);
 
 // The numbers of a linear material by their keys, in the order of a record.
@@ -118,6 +106,8 @@ struct LinearNumber {
   double LinearFabric::*value;
 };
 const std::vector<LinearNumber>& LinearNumbers();
+// Its key where the directions have these names: "bend_warp", "bend_softer".
+std::string NumberKey(const LinearNumber& number, const DirectionNames& directions);
 
 struct PosteriorTableOptions {
   // Samples in all, a multiple of chains; 0: the samples of the fit with their outlines

@@ -5,8 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+
+#include "physics/util/errors.h"
+#include "tests/physics/file_fixture.h"
 
 namespace drape {
 namespace {
@@ -142,7 +146,7 @@ TEST(SheetText, ShowsTheRowsThatAreAskedFor) {
                                 .interval = {},
                                 .source = "given"}}};
   const std::string text = SheetText(sheet, {"b_un_m"});
-  EXPECT_THAT(text, testing::HasSubstr("8         4 … 16        µN·m        measured\n"));
+  EXPECT_THAT(text, testing::HasSubstr("8  4 … 16               µN·m        measured\n"));
   EXPECT_THAT(text, testing::Not(testing::HasSubstr("shear")));
   EXPECT_THAT(SheetText(sheet), testing::HasSubstr("shear"));
 }
@@ -158,7 +162,7 @@ TEST(Sheet, SaysWhatIsBeyondTheInstrument) {
                     .reads_up_to = 20.0};
   EXPECT_THAT(
       SheetText({"Sheet", {row}}),
-      testing::HasSubstr("> 20        12 … > 20      %           from the prior, beyond the "
+      testing::HasSubstr("> 20  12 … > 20            %           from the prior, beyond the "
                          "instrument's range\n"));
   nlohmann::ordered_json json = SheetJson({"Sheet", {row}})["rows"][0];
   EXPECT_EQ(json["value"], nullptr);
@@ -170,6 +174,51 @@ TEST(Sheet, SaysWhatIsBeyondTheInstrument) {
   json = SheetJson({"Sheet", {row}})["rows"][0];
   EXPECT_EQ(json["value"], 20.0);
   EXPECT_FALSE(json.contains("note"));
+}
+
+// What bounds a quantity from one side only has the bound as its value, in no file a number that a
+// reader could take for an estimate, and survives the way through a file.
+TEST(Sheet, ABoundIsNoEstimate) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  LaboratoryRow row{.key = "b",
+                    .name = "bending rigidity",
+                    .value = 371.4,
+                    .unit = "µN·m",
+                    .interval = {{371.4, infinity}},
+                    .source = kMeasured};
+  EXPECT_EQ(row.Text(), "bending rigidity at least 371 µN·m, measured");
+  EXPECT_EQ(RowJson(row)["value"], nullptr);
+  EXPECT_EQ(RowJson(row)["text"], "at least 371");
+  // Numbers of a laboratory have no exponents as long as they are below a million.
+  row.value = 40321.4;
+  row.interval = {{766.2, 1354.3}};
+  EXPECT_EQ(row.Text(), "bending rigidity 40321 µN·m (766 … 1354), measured");
+  row.value = 8;
+  row.interval = {{-infinity, 8}};
+  EXPECT_EQ(row.ValueText(), "at most 8");
+  row.interval = {{4, 16}};
+  EXPECT_EQ(row.Text(), "bending rigidity 8 µN·m (4 … 16), measured");
+  EXPECT_THROW(LaboratorySheet({"Sheet", {row}}).of("c"), InputError);
+}
+
+class ReadSheetTest : public FileFixture {};
+TEST_F(ReadSheetTest, GivesTheRowsBack) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  LaboratorySheet sheet{"Sheet",
+                        {{.key = "a", .name = "A", .value = 1.5, .source = kFromThePrior}}};
+  sheet.rows.push_back(sheet.rows[0]);
+  sheet.rows[1].interval = {{1.0, 2.0}};
+  sheet.rows.push_back(sheet.rows[0]);
+  sheet.rows[2].interval = {{1.5, infinity}};
+  sheet.rows.push_back(sheet.rows[0]);
+  sheet.rows[3].interval = {{-infinity, 1.5}};
+  EXPECT_FALSE(ReadSheet(Path(""), "material"));
+  Write("summary.json", nlohmann::json{{"laboratory", {{"material", SheetJson(sheet)}}}}.dump());
+  EXPECT_FALSE(ReadSheet(Path(""), "linear"));
+  const LaboratorySheet read = ReadSheet(Path(""), "material").value();
+  ASSERT_EQ(read.rows.size(), sheet.rows.size());
+  for (std::size_t i = 0; i < read.rows.size(); ++i)
+    EXPECT_EQ(read.rows[i].Text(), sheet.rows[i].Text());
 }
 
 }  // namespace

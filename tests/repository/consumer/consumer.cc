@@ -12,8 +12,6 @@ int main(int argc, char** argv) {
   const DrapeFit fit = FitDrapes(spec, {.drapes = {ReadImageObservation(argv[1], spec.observation)},
                                         .start = ReadMaterial(argv[2]).field});
   if (!fit.fitted()) return 1;
-  const StiffnessEstimate& bend = fit.stiffness.bend;
-  std::printf("%s: bending rigidity %.3g uN m, 90 %% interval %.3g to %.3g\n",
-              ToString(fit.verdict.grade), 1e6 * bend.value, 1e6 * bend.value / bend.factor(),
-              1e6 * bend.value * bend.factor());
+  const LaboratoryRow& bend = fit.sheet.of("bending_in_drape_un_m");
+  std::printf("%s: %s\n", ToString(fit.verdict.bending.grade), bend.Text().c_str());
 }

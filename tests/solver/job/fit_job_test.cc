@@ -255,8 +255,40 @@ TEST_F(FitJobTest, BayesKeepsTheOutlinesOfItsSamples) {
   EXPECT_NEAR(ParetoShape(weights), posterior["pareto_k"].get<double>(), 1e-6);
 }
 
+// One drape under two names says no more than under one.
+TEST_F(FitJobTest, RepeatedPicturesCountOnce) {
+  spec_.model = FitModel::kBayes;
+  spec_.stages.parameters = ParameterTying::kScales;
+  spec_.posterior.draws = 4;
+  spec_.posterior.iterations = 2;
+  spec_.posterior.elbo_samples = 25;
+  RunFitJob(spec_, data_, files_, {});
+  const nlohmann::json one = Summary();
+  AddImage("b.png", DrapeImage());
+  RunFitJob(spec_, data_, files_, {});
+  EXPECT_EQ(Summary()["laboratory"]["material"], one["laboratory"]["material"]);
+  EXPECT_THAT(Summary()["notes"].dump(), HasSubstr("b: the same outline as a: it counts once"));
+}
+
+// Density and stiffness in proportion leave the drape, and so all lengths, as they are.
+TEST_F(FitJobTest, DensityAndStiffnessInProportionAreOneDrape) {
+  RunFitJob(spec_, data_, files_, {});
+  const LaboratorySheet light = ReadSheet(folder_.path(), "material").value();
+  WriteStart(Scaled(TestMaterial(), 2.0, 2.0));
+  data_.density *= 2.0;
+  RunFitJob(spec_, data_, files_, {});
+  const LaboratorySheet heavy = ReadSheet(folder_.path(), "material").value();
+  for (const auto& [key, ratio] :
+       {std::pair("bending_length_overall_cm", 1.0), std::pair("bending_overall_un_m", 2.0),
+        std::pair("bending_in_drape_un_m", 2.0)}) {
+    EXPECT_NEAR(heavy.of(key).value / light.of(key).value, ratio, 0.01 * ratio) << key;
+    EXPECT_EQ(heavy.of(key).source, light.of(key).source) << key;
+  }
+}
+
 TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
   AddImage("b.png", DrapeImage());  // another specimen
+  data_.specimens = {1, 2};
   UseBdp();
   const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(result.table, HasSubstr("faces and hinges, mean and standard deviation"));
@@ -403,12 +435,12 @@ TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {
 TEST_F(FitJobTest, SaysWhenTheDensityIsThatOfTheStartTables) {
   data_.density = 0.0;
   const FitJobResult result = RunFitJob(spec_, data_, files_, {});
-  EXPECT_THAT(result.table, HasSubstr("bending length"));
-  EXPECT_THAT(result.table, HasSubstr("as the start tables say"));
+  EXPECT_THAT(result.table, HasSubstr("Trust bending length c, overall "));
+  EXPECT_THAT(result.table, HasSubstr(", measured, if the assumed mass is right"));
   nlohmann::json summary = Summary();
   EXPECT_THAT(summary["notes"].dump(), HasSubstr("0.2 kg/m2, is that of the start tables"));
   EXPECT_EQ(summary["bending"]["density_from"], "start tables");
-  const double rigidity = summary["verdict"]["bend_n_m"]["value"];
+  const double rigidity = summary["stiffness"]["bend_n_m"]["fitted"];
   const double over_weight = summary["bending"]["bend_over_weight_m3"];
   EXPECT_NEAR(over_weight, rigidity / (0.2 * 9.80665), 1e-12 * over_weight);
   EXPECT_NEAR(std::pow(summary["bending"]["bending_length_m"].get<double>(), 3), over_weight,

@@ -35,13 +35,18 @@ def read(folders):
             if summary["verdict"]["grade"] == "do not use":
                 left_out += 1
                 continue
-            stiffness, factor = summary["stiffness"], summary["verdict"]["bend_n_m"]["factor_90"]
+            stiffness = summary["stiffness"]
+            row = next(row for row in summary["laboratory"]["material"]["rows"]
+                       if row["key"] == "bending_in_drape_un_m")
             for key in ROWS:
                 ratios[key].append(stiffness[key]["fitted"] / stiffness[key]["reference"])
         except (OSError, ValueError) as error:
             fail(f"{path}: {error}")
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, StopIteration) as error:
             fail(f"{path}: found no {error}, expected a fit with --ground_truth")
+        if row["low"] is None or row["high"] is None:  # not measured, or a bound
+            continue
+        factor = (row["high"] / row["low"]) ** 0.5
         claims["bend_n_m"].append(factor)
         claims["bending_length_m"].append(numpy.cbrt(factor))
     if left_out == len(folders):

@@ -2,11 +2,13 @@
 #include "tools/programs/predict/predict_report.h"
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
+#include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
@@ -106,6 +108,21 @@ struct LearnedNumber {
     return range.label + (face ? ", face " + ClothFaceName(*face) : std::string()) +
            (range.unit[0] == '\0' ? std::string() : std::string(" [") + range.unit + "]");
   }
+  // What the pool tells of it, in the unit that a person is shown: an interval that touches an edge
+  // of the pool has no end there.
+  LaboratoryRow Row() const {
+    const NumberRange& range = NumberRanges()[number];
+    LaboratoryRow row{.key = Key(), .name = Label(), .value = range.Shown(value)};
+    if (!ninety) return row;
+    constexpr double kEdge = 0.02;  // of the range
+    const double edge = kEdge * (range.high - range.low),
+                 infinity = std::numeric_limits<double>::infinity();
+    row.interval = {ninety->low < range.low + edge ? -infinity : range.Shown(ninety->low),
+                    ninety->high > range.high - edge ? infinity : range.Shown(ninety->high)};
+    if (row.is_bound())
+      row.value = std::isinf(row.interval->low) ? row.interval->high : row.interval->low;
+    return row;
+  }
 };
 
 LearnedNumber MakeLearnedNumber(int number, ClothFace face, double value,
@@ -141,13 +158,9 @@ std::vector<LearnedNumber> ListNumbers(const SpecimenPosterior& posterior, Cloth
 }
 
 std::string NumberText(const LearnedNumber& learned, const std::string& varies) {
-  const NumberRange& range = NumberRanges()[learned.number];
-  std::string text = Format("%-38s %10.3g %12s", learned.Label().c_str(),
-                            range.Shown(learned.value), varies.c_str());
-  if (learned.ninety)
-    text += Format(" %10.3g … %10.3g", range.Shown(learned.ninety->low),
-                   range.Shown(learned.ninety->high));
-  return text + "\n";
+  const LaboratoryRow row = learned.Row();
+  return Format("%-38s %10s %12s %s\n", row.name.c_str(), row.ValueText().c_str(), varies.c_str(),
+                row.IntervalText().c_str());
 }
 
 std::string SpecimenText(const PredictionRun& run) {
@@ -184,11 +197,16 @@ std::string LearnedText(const PredictionRun& run) {
                     fit.score, fit.cross_validated, fit.effective, fit.drapes);
 }
 
-// Intervals by the keys of numbers, "log_bending_length_up".
+// Intervals by the keys of numbers, "log_bending_length_up"; an end at an edge of the pool is null.
 Json IntervalsJson(const std::vector<LearnedNumber>& numbers) {
   Json json = Json::object();
-  for (const LearnedNumber& learned : numbers)
-    if (learned.ninety) json[learned.Key()] = IntervalJson(*learned.ninety);
+  for (const LearnedNumber& learned : numbers) {
+    if (!learned.ninety) continue;
+    const LaboratoryRow row = learned.Row();
+    Json& interval = json[learned.Key()] = IntervalJson(*learned.ninety);
+    if (std::isinf(row.interval->low)) interval["low"] = nullptr;
+    if (std::isinf(row.interval->high)) interval["high"] = nullptr;
+  }
   return json;
 }
 

@@ -8,7 +8,8 @@ import pathlib
 import numpy as np
 
 LINEAR_UNITS = {"c11": "N/m", "c22": "N/m", "c12": "N/m", "shear": "N/m",
-                "bend_weft": "N m", "bend_warp": "N m", "bend_bias": "N m"}
+                "bend_weft": "N m", "bend_warp": "N m", "bend_bias": "N m", "bend_stiffer": "N m",
+                "bend_softer": "N m"}
 
 
 def read_draws(path):
@@ -57,7 +58,7 @@ def inference_data(fit, draws, prediction=None, seed=1):
     about = "log factor on the start tables"
     posterior = {"log_factor": array((*sampled, "parameter"), factors, "1", about)} | {
         name: array(sampled, columns[name], units, "at zero strain")
-        for name, units in LINEAR_UNITS.items()}
+        for name, units in LINEAR_UNITS.items() if name in columns}
     prior = {"log_factor": array((*sampled, "parameter"), random.multivariate_normal(
         np.zeros(len(names)), covariance, shape), "1", about)}
     constant = {"prior_sd": array("parameter", stored["prior_sd"], "1"),

@@ -10,7 +10,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "solver/fit/effective_stiffness.h"
-#include "solver/job/fit_verdict.h"
+#include "solver/prediction/exchange/fabric_sheet.h"
 #include "solver/prediction/exchange/targets/export_material.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
@@ -40,8 +40,8 @@ class ExchangeRecordTest : public FileFixture {
     posterior.covariance << 1.0, 0.0, 0.0, 0.01;
     return posterior;
   }
-  static const RecordedNumber& Number(const ExchangeRecord& record, const std::string& key) {
-    for (const RecordedNumber& number : record.numbers)
+  static const LaboratoryRow& Number(const ExchangeRecord& record, const std::string& key) {
+    for (const LaboratoryRow& number : record.numbers)
       if (number.key == key) return number;
     throw std::out_of_range(key);
   }
@@ -53,19 +53,16 @@ TEST_F(ExchangeRecordTest, APosteriorTellsMeasuredFromPrior) {
   const FabricSource source = ReadFabric(Path(""));
   const ExchangeRecord record = MakeRecord(source, law, {});
   const LinearFabric base = LineariseAtRest(test::TestMaterial(), law);
-  const RecordedNumber& bend = Number(record, "bend_weft");
+  // Two factors do not tell how bending differs between the directions.
+  const LaboratoryRow& bend = Number(record, "bend_weft");
   EXPECT_NEAR(bend.value, base.bend_weft * std::exp(-0.5), 1e-9 * bend.value);
-  // A log-normal of sd 0.1.
-  EXPECT_NEAR(*bend.sd / bend.value, 0.1, 0.01);
-  EXPECT_NEAR(*bend.share_removed, 1.0 - 0.01 / 0.64, 0.003);
-  EXPECT_TRUE(bend.measured());
-  const RecordedNumber& stretch = Number(record, "c11");
+  EXPECT_FALSE(bend.measured());
+  EXPECT_FALSE(bend.interval);
+  const LaboratoryRow& stretch = Number(record, "c11");
   EXPECT_NEAR(stretch.value, base.c11 * std::exp(0.2), 1e-9 * stretch.value);
-  EXPECT_LT(*stretch.share_removed, 0.15);
   EXPECT_FALSE(stretch.measured());
   const nlohmann::ordered_json json = RecordJson(record);
-  EXPECT_EQ(json.at("linear").at("bend_weft").at("origin"), "measured");
-  EXPECT_EQ(json.at("linear").at("c11").at("origin"), "prior");
+  EXPECT_EQ(json.at("linear").at("c11").at("source"), "from the prior");
   EXPECT_EQ(json.at("tables").at("stretch").size(), 6u);
   EXPECT_EQ(json.at("thickness"), nullptr);
 }
@@ -93,6 +90,31 @@ TEST_F(ExchangeRecordTest, NamesAStifferDirectionWhereTheWarpIsNotKnown) {
             16e-6 * std::exp(-0.5));
 }
 
+// What a fit has stated is not judged again: its origins stay, its intervals as shares, whatever
+// its drapes have named the directions.
+TEST_F(ExchangeRecordTest, RepeatsWhatTheFitStates) {
+  WritePosterior(Path(""), Scales(), "test");
+  const FabricSheetInput input{.tables = test::TestMaterial(),
+                               .law = MakeLaw("smooth"),
+                               .weights = EqualStiffnessWeights(),
+                               .density_is_given = true,
+                               .directions = NameDirections(false, 1, 2)};
+  const LaboratorySheet sheet =
+      MakeLinearSheet(input, [](const LogQuantity&, Resistance resistance) {
+        return std::optional(KnownTo{0.5, 3.0, resistance == Resistance::kBending});
+      });
+  const nlohmann::json summary = {{"posterior", nlohmann::json::object()},
+                                  {"laboratory", {{"linear", SheetJson(sheet)}}}};
+  Write("summary.json", summary.dump());
+  const ExchangeRecord record = MakeRecord(ReadFabric(Path("")), input.law, {});
+  const LaboratoryRow& bend = Number(record, "bend_weft");
+  EXPECT_EQ(bend.source, "measured");
+  EXPECT_NEAR(bend.interval->low, 0.5 * bend.value, 1e-9 * bend.value);
+  EXPECT_NEAR(bend.interval->high, 3.0 * bend.value, 1e-9 * bend.value);
+  EXPECT_EQ(Number(record, "c22").source, "from the prior");
+  EXPECT_FALSE(Number(record, "c22").interval);
+}
+
 TEST_F(ExchangeRecordTest, SamplesHaveTheMomentsOfThePosterior) {
   StoredPosterior posterior = Scales();
   posterior.covariance << 0.5, 0.06, 0.06, 0.01;
@@ -116,8 +138,8 @@ TEST_F(ExchangeRecordTest, AMaterialFileHasNoUncertainty) {
   const Law law = MakeLaw("smooth");
   const ExchangeRecord record = MakeRecord(ReadFabric(file), law, {});
   EXPECT_EQ(record.source.material.name, "synthetic_wool");
-  EXPECT_FALSE(record.numbers[0].sd);
-  EXPECT_EQ(RecordJson(record).at("linear").at("c11").at("origin"), "not known");
+  EXPECT_FALSE(record.numbers[0].interval);
+  EXPECT_EQ(RecordJson(record).at("linear").at("c11").at("source"), "not known");
 }
 
 TEST_F(ExchangeRecordTest, RefusesWhatIsNoFabric) {
@@ -140,11 +162,13 @@ MaterialField Tables() {
                      .density = 0.15});
 }
 
-LaboratorySheet Sheet(const Judgement& judge, bool density_is_given = true) {
+LaboratorySheet Sheet(const Judgement& judge, bool density_is_given = true,
+                      const std::vector<LabMeasurement>& tests = {}) {
   return MakeFabricSheet({.tables = Tables(),
                           .law = MakeLaw("smooth"),
                           .weights = EqualStiffnessWeights(),
-                          .density_is_given = density_is_given},
+                          .density_is_given = density_is_given,
+                          .tests = tests},
                          judge);
 }
 
@@ -219,6 +243,80 @@ TEST(FabricSheet, SaysWhereANumberIsFrom) {
   EXPECT_EQ(Row(unweighed, "mass_g_per_m2").source, "assumed: of the start tables");
 }
 
+LabMeasurement Cantilever(double direction, double overhang, double angle = 41.5) {
+  return {.direction = direction, .sigma = 0.5, .points = {{overhang, angle}}};
+}
+
+// Half of each overhang at 41.5 degrees, B = W·g·c³ with 150 g/m², and geometric means, whatever
+// the tables are.
+TEST(FabricSheet, ARowOfAStandardIsWhatItsTestRead) {
+  const auto expect = [](const LaboratorySheet& sheet, const std::string& key, double length) {
+    const LaboratoryRow &c = Row(sheet, "bending_length_" + key + "_cm"),
+                        &b = Row(sheet, "bending_" + key + "_un_m");
+    EXPECT_NEAR(c.value, length, 2e-3) << key;
+    EXPECT_NEAR(b.value, 0.15 * 9.80665 * std::pow(length, 3), 0.1) << key;
+    EXPECT_EQ(c.source, "measured");
+    EXPECT_EQ(b.source, "measured");
+    EXPECT_GT(c.interval->low, 0.98 * length);
+    EXPECT_LT(c.interval->high, 1.02 * length);
+    EXPECT_NEAR(std::log(b.interval->high / b.value), 3 * std::log(c.interval->high / c.value),
+                1e-9);
+    EXPECT_NEAR(Row(sheet, "kes_b_" + key + "_gf_cm2_per_cm").value, b.value / 98.0665, 1e-9);
+  };
+  const LaboratorySheet sheet =
+      Sheet(KnowsAll, true, {Cantilever(0, 0.06), Cantilever(45, 0.054), Cantilever(90, 0.048)});
+  expect(sheet, "weft", 3.0);
+  expect(sheet, "warp", 2.4);
+  expect(sheet, "overall", std::sqrt(3.0 * 2.4));
+  EXPECT_NEAR(Row(sheet, "bending_in_drape_un_m").value, (16 + 8 + 4) / 3.0, 1e-9);
+  // One strip says nothing of the other direction, nor of the mean of both.
+  const LaboratorySheet one = Sheet(KnowsAll, true, {Cantilever(0, 0.06)});
+  expect(one, "weft", 3.0);
+  EXPECT_NEAR(Row(one, "bending_warp_un_m").value, 16, 1e-9);
+  EXPECT_NEAR(Row(one, "bending_overall_un_m").value, 8, 1e-9);
+  EXPECT_EQ(Row(Sheet(KnowsAll, false, {Cantilever(0, 0.06)}), "bending_weft_un_m").source,
+            "measured, if the assumed mass is right");
+}
+
+// Two strips that agree narrow the interval; two that do not widen it.
+TEST(FabricSheet, StripsThatContradictOneAnotherAreLessCertain) {
+  const auto width = [](const std::vector<LabMeasurement>& tests) {
+    const LaboratorySheet sheet = Sheet(KnowsAll, true, tests);
+    const LaboratoryRow::Interval c = *Row(sheet, "bending_length_weft_cm").interval;
+    return std::log(c.high / c.low);
+  };
+  const double one = width({Cantilever(0, 0.06)});
+  EXPECT_NEAR(width({Cantilever(0, 0.06), Cantilever(0, 0.06)}), one / std::sqrt(2), 1e-9);
+  EXPECT_GT(width({Cantilever(0, 0.056), Cantilever(0, 0.064)}), 3 * one);
+}
+
+// A number from the prior has no interval.
+TEST(FabricSheet, OnlyWhatIsMeasuredHasAnInterval) {
+  for (const LaboratoryRow& row : Sheet([](const LogQuantity&, Resistance) {
+                                    return std::optional(KnownTo{0.5, 2.0});
+                                  }).rows)
+    EXPECT_FALSE(row.interval) << row.key;
+}
+
+TEST(FabricSheet, ABoundHasOneSideAndNoRatio) {
+  const Judgement judge = [](const LogQuantity&, Resistance) {
+    return std::optional(KnownTo{0.5, 2.0, true, true});
+  };
+  const LaboratorySheet least = Sheet(JudgeByBound(judge, Bound::kAtLeast, Tables(), 1e-6));
+  EXPECT_EQ(Row(least, "bending_overall_un_m").Text(),
+            "bending rigidity B, overall at least 1 µN·m, measured");
+  // Of a cube root, the cube root of an eighth.
+  const double c = 100 * std::cbrt(8e-6 / (0.15 * 9.80665));
+  EXPECT_NEAR(Row(least, "bending_length_overall_cm").value, c * 0.5, 1e-6);
+  EXPECT_EQ(Row(least, "bending_warp_un_m").source, "from the prior");
+  const LaboratorySheet most = Sheet(JudgeByBound(judge, Bound::kAtMost, Tables()));
+  EXPECT_EQ(Row(most, "bending_overall_un_m").ValueText(), "at most 16");
+  // What strips have measured has two sides.
+  EXPECT_EQ(Row(Sheet(JudgeByBound(KnowsAll, Bound::kAtLeast, Tables())), "bending_warp_un_m")
+                .IntervalText(),
+            "8 … 32");
+}
+
 // Of a posterior of two factors, on all stretch and on all bend entries: bend is measured, but not
 // how it differs between warp and weft, which the tables have from the start.
 StoredPosterior Scales() {
@@ -246,7 +344,7 @@ TEST(FabricSheet, HasTheRatioOfAStifferAndASofterDirection) {
 }
 
 TEST(FabricSheet, APosteriorHasIntervals) {
-  const LaboratorySheet sheet = Sheet(JudgeByPosterior(Scales(), false));
+  const LaboratorySheet sheet = Sheet(JudgeByPosterior(Scales(), false, 0.0));
   const LaboratoryRow& overall = Row(sheet, "bending_overall_un_m");
   EXPECT_EQ(overall.source, "measured");
   EXPECT_NEAR(overall.interval->low, 8 * std::exp(-0.1645), 0.15);  // of 1000 samples

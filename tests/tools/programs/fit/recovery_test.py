@@ -23,7 +23,9 @@ class RecoveryTest(unittest.TestCase):
         path = self.folder / name / "summary.json"
         path.parent.mkdir()
         path.write_text(json.dumps({
-            "verdict": {"grade": grade, "bend_n_m": {"factor_90": 1.6}},
+            "verdict": {"grade": grade, },
+            "laboratory": {"material": {"rows": [
+                {"key": "bending_in_drape_un_m", "low": 1.0, "high": 2.56}]}},
             "stiffness": {key: quantity for key in KEYS}}))
 
     def run_script(self):

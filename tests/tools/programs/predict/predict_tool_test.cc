@@ -185,6 +185,13 @@ TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
   EXPECT_EQ(twice["camera"]["width"], small.width);  // of the predictions
   ExpectOneLineError(run({"--learn", of_large}), "large.png");
 
+  // A cloth that does not drape is at the edge of the pool, beyond which it may lie.
+  AddDisc("flat.png", 0.1495);
+  const ProcessResult flat = run({"--learn", "--images=" + Path("flat.png")});
+  EXPECT_THAT(flat.out, testing::ContainsRegex("bending length, face up \\[mm\\] +at least "));
+  const Json bounds = ReadJson(Path("out/summary.json"))["specimen"]["up"]["interval_90"];
+  EXPECT_TRUE(bounds["log_bending_length_up"]["high"].is_null()) << bounds;
+
   // Two samples show how specimens differ.
   ASSERT_EQ(run({"--learn", both}).exit_code, 0);
   const Json of_two = ReadJson(Path("out/summary.json"));

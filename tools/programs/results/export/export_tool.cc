@@ -224,7 +224,8 @@ OptionTable ExportTable(ExportToolOptions& options) {
               "fabric drapes with what is left",
           .example = "drape_export --fabric=out/fit --to=clo,blender,newton --out=out/export",
           .notes =
-              "Of a posterior the median is exported, with standard deviations.\n"
+              "Of a posterior the median is exported, with the intervals and origins that its fit "
+              "states.\n"
               "files: one for each target and summary.json: the neutral linear record, and of each "
               "target what is lost, whether it is verified, and the round trip\n"
               "bend_weft is the rigidity for bending along the weft: table row \"edges along "
@@ -257,18 +258,8 @@ std::string SamplesText(const ExportToolOptions& options, const FabricSource& so
 RecordOptions MakeRecordOptions(const ExportToolOptions& options) {
   RecordOptions record;
   record.point = options.point;
-  record.seed = static_cast<uint64_t>(options.seed);
   if (options.thickness > 0.0) record.thickness = options.thickness;
   return record;
-}
-
-std::string NumberLine(const RecordedNumber& number, bool has_posterior) {
-  std::string line =
-      Format("  %-12s %11.4g %-4s", number.key.c_str(), number.value, number.unit.c_str());
-  if (!has_posterior || !number.sd) return line + "\n";
-  line += Format(" +- %-9.3g ", *number.sd);
-  line += number.measured() ? "measured" : "from the prior";
-  return line + "\n";
 }
 
 std::string RoundTripText(const RoundTrip& trip) {
@@ -315,12 +306,11 @@ Json TargetJson(const ExportedTarget& exported) {
 // The record, and of each target its file, what is lost and the round trip.
 std::string ExportText(const ExportRun& run) {
   if (run.cancelled) return "cancelled: nothing was written\n";
-  const bool has_posterior = run.record.source.posterior.has_value();
   std::string text = MakePrintableLine(run.record.source.material.name) + ", linear at " +
                      (run.record.point == LinearPoint::kRest ? "zero strain and curvature\n"
                                                              : "the curvatures of its drape\n");
-  for (const RecordedNumber& number : run.record.numbers) text += NumberLine(number, has_posterior);
-  text += Format("  %-12s %11.4g kg/m2\n", "density", run.record.material.density);
+  for (const LaboratoryRow& number : run.record.numbers) text += "  " + number.Text() + "\n";
+  text += Format("  %-10s %11.4g kg/m2\n", "density", run.record.material.density);
   for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out);
   for (const std::string& file : run.posterior_files)
     text += "posterior " + run.out + "/" + file + "\n";

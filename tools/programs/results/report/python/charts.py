@@ -177,7 +177,7 @@ def posterior_table(numbers):
         low, median, high = (math.exp(min(700, mean + z * sd)) for z in (-1.645, 0, 1.645))
         rows.append((html.header(text(factor, "/name")), html.numeric("%.3g" % median),
                      html.numeric("%.3g … %.3g" % (low, high)), html.numeric("%.2f" % (sd / prior)),
-                     html.origin("measured" if sd < 0.7 * prior else "prior")))
+                     html.origin("measured" if sd < 0.7 * prior else "from the prior")))
     return html.table(rows, ("entries", "median", "90 % interval", "posterior over prior deviation",
                              "where from"), "Factors on the entries of the base tables") if rows else ""
 

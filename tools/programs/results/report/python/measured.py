@@ -8,7 +8,7 @@ import re
 
 import page as html
 from results import (InputError, coefficient_text, directions, find, find_photograph, items, number,
-                     read_text, text, texts, value_text)
+                     number_text, read_text, text, texts, value_text)
 from verdict import laboratory_sheet
 
 DRAPE_COLUMNS = [("/shape/dc", "drape coefficient [%]", 100, "%.1f"),
@@ -117,10 +117,14 @@ def linear_record(record):
             ("shear", "shear rigidity G", 1, "N/m")]:
         found = find(record, "/linear/" + key)
         if found:
-            rows.append((html.header(name), html.number_cell(found, "/value", factor),
-                         html.number_cell(found, "/sd", factor, "%.2g"), (unit, ""),
-                         html.origin(text(found, "/origin"))))
-    return html.table(rows, ("quantity", "value", "standard deviation", "unit", "where from"),
+            ends = [number_text(found, end, factor, "%.3g") for end in ("/low", "/high")]
+            value = number_text(found, "/value", factor)
+            if value == "none" and ends != ["none", "none"]:
+                value = "at least " + ends[0] if ends[1] == "none" else "at most " + ends[1]
+            rows.append((html.header(name), html.numeric(value),
+                         html.numeric("" if "none" in ends else " … ".join(ends)), (unit, ""),
+                         html.origin(text(found, "/source"))))
+    return html.table(rows, ("quantity", "value", "90 % interval", "unit", "where from"),
                       "The linear record of " + text(record, "/name")) if rows else ""
 
 

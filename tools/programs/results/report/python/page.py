@@ -59,10 +59,8 @@ def guess(value):
 
 
 def origin(value):
-    """The cell that says where a value is from."""
-    if value in ("prior", "from the prior"):
-        return "not measured: from the prior", "prior"
-    return value, "measured" if value == "measured" else ""
+    """The cell that says where a value is from, in the words of the fit."""
+    return value, "prior" if value == "from the prior" else "measured" if value == "measured" else ""
 
 
 def table(rows, head=(), caption=""):

@@ -61,23 +61,41 @@ def pair(summary, name, of_image, of_fit, factor, form):
     return [(name, f"{form % (factor * seen)} and {form % (factor * fitted)}")]
 
 
+def rows_of_material(s):
+    return {text(row, "/key"): row for row in items(s, "/laboratory/material/rows")}
+
+
+def is_measured(row):
+    return text(row, "/source").startswith("measured")
+
+
+def measured_bending(s):
+    """The measured rigidities and bending lengths."""
+    return [row for key, row in rows_of_material(s).items()
+            if key.startswith("bending_") and key != "bending_ratio" and is_measured(row)]
+
+
+def row_text(row):
+    """The value, the interval and the origin of a row, in the words of the fit."""
+    interval = text(row, "/interval")
+    return (f"{text(row, '/text')} {text(row, '/unit')}" + (f" ({interval})" if interval else "") +
+            f", {text(row, '/source')}")
+
+
 def fit_numbers(s):
-    numbers = []
-    rms, scale = number(s, "/mean/profile_rms_px"), number(s, "/images/0/camera/px_per_m")
-    if rms is not None and scale:
-        numbers.append(("outline error, rms", "%.2f mm" % (1e3 * rms / scale)))
-    numbers += pair(s, "drape coefficient, image and fit", "/mean/dc_image", "/mean/dc_fit", 100,
-                    "%.1f %%")
+    numbers = pair(s, "drape coefficient, image and fit", "/mean/dc_image", "/mean/dc_fit", 100,
+                   "%.1f %%")
     images = items(s, "/images")
     if len(images) == 1 and find(images[0], "/photograph"):
         numbers.append(("drape coefficient, photograph",
                         coefficient_text(find(images[0], "/photograph")) + " %"))
     numbers += pair(s, "nodes, image and fit", "/mean/folds_image", "/mean/folds_fit", 1, "%.3g")
-    bend, factor = number(s, "/verdict/bend_n_m/value"), number(s, "/verdict/bend_n_m/factor_90")
-    if bend is not None and factor and find(s, "/verdict/bend_n_m/determined") is True:
-        micro = 1e6 * bend
-        numbers.append(("bending rigidity, 90 % interval",
-                        "%.3g (%.3g … %.3g) µN·m" % (micro, micro / factor, micro * factor)))
+    rms, scale = number(s, "/mean/profile_rms_px"), number(s, "/images/0/camera/px_per_m")
+    if rms is not None and scale:
+        numbers.append(("outline error, rms", "%.2f mm" % (1e3 * rms / scale)))
+    bending = measured_bending(s)
+    if bending:
+        numbers.append((text(bending[0], "/name"), row_text(bending[0])))
     directions = number(s, "/spectrum/determined_directions")
     count = number(s, "/parameters/count")
     if directions is not None and count is not None:
@@ -85,27 +103,16 @@ def fit_numbers(s):
     return numbers
 
 
-def fit_verdict(s):
-    """Look, grade and sentence."""
-    grade = text(s, "/verdict/grade")
-    if grade == "good":
-        first = ("Outline, area and nodes are as in the image, at rest and stable. "
-                 if find(s, "/images") is not None else
-                 "The fabric is as the laboratory measured it. ")
-        return "good", "Good", first + ("Trust the numbers that are marked as measured, within their "
-                                        "intervals.")
-    if grade == "usable":
-        return "usable", "Usable", "Read the warnings before you use these numbers."
-    if not grade:
-        return "bad", "No verdict", "The fit has no verdict: it is not complete."
-    return "bad", "Do not use", "These results are not fit for use, for the reasons below."
+LAMPS = {"measurement": "Measurement", "shape": "Shape", "bending": "Bending"}
+LOOKS = {"good": "good", "usable": "usable", "do not use": "bad"}
 
 
 def of_fit(folder):
-    look, grade, sentence = fit_verdict(folder.summary)
-    warnings = texts(folder.summary, "/verdict/reasons") + changed_images(folder) + notes(folder)
-    return html.BLOCKS.verdict(look, folder.name, grade, warnings, sentence, "",
-                               fit_numbers(folder.summary))
+    s = folder.summary
+    lamps = [(LOOKS.get(text(s, f"/verdict/lamps/{lamp}/grade"), "bad"),
+              f"{name}: " + (text(s, f"/verdict/lamps/{lamp}/grade") or "no verdict"),
+              texts(s, f"/verdict/lamps/{lamp}/reasons")) for lamp, name in LAMPS.items()]
+    return html.BLOCKS.lamps(folder.name, changed_images(folder) + notes(folder), fit_numbers(s), lamps)
 
 
 def best_method(s):
@@ -164,7 +171,7 @@ def of_other(folder):
     failures = find(s, "/failures")
     if isinstance(failures, dict):
         warnings += [f"{value_text(failures[reason])} drapes: {reason}" for reason in sorted(failures)]
-    return html.BLOCKS.verdict("", folder.name, "", warnings,
+    return html.BLOCKS.verdict(folder.name, warnings,
                                PURPOSES.get(folder.program, folder.program), conclusions(folder),
                                other_numbers(folder))
 
@@ -176,27 +183,10 @@ def verdicts(folders):
     return html.BLOCKS.warnings(other_sizes(folders)) + parts
 
 
-def plain(value, digits):
-    """A number without an exponent up to 999,999: "766", "1346", not "1.35e+03"."""
-    whole = 10 ** digits <= abs(value) < 1e6
-    return "%.6g" % round(value) if whole else "%.*g" % (digits, value)
-
-
-def reading(row, pointer, digits):
-    """"> 20" of a number that is not stored because its instrument reads up to 20."""
-    value, most = number(row, pointer), number(row, "/reads_up_to")
-    if value is not None:
-        return plain(value, digits)
-    return "none" if most is None else "> " + plain(most, 3)
-
-
 def sheet_row(row):
-    ends = [number(row, "/low"), number(row, "/high"), number(row, "/reads_up_to")]
-    known = ends[0] is not None and (ends[1] is not None or ends[2] is not None)
     source, kind = html.origin(text(row, "/source"))
-    return (html.header(text(row, "/name")), html.numeric(reading(row, "/value", 4)),
-            html.numeric(f"{reading(row, '/low', 3)} … {reading(row, '/high', 3)}" if known else ""),
-            (text(row, "/unit"), ""),
+    return (html.header(text(row, "/name")), html.numeric(text(row, "/text")),
+            html.numeric(text(row, "/interval")), (text(row, "/unit"), ""),
             ("; ".join(filter(None, [source, text(row, "/note")])), kind),
             (text(row, "/standard"), ""))
 
@@ -209,16 +199,17 @@ def laboratory_sheet(sheet):
 
 
 def in_words(s):
-    bend = find(s, "/verdict/bend_n_m/determined")
-    stretch = find(s, "/verdict/stretch_n_per_m/determined")
+    rows = rows_of_material(s)
+    bend = measured_bending(s)
+    stretch = is_measured(rows.get("stretch_in_drape_n_per_m"))
     length = number(s, "/bending/bending_length_m")
-    if bend is None or stretch is None or length is None:
+    if not rows or length is None:
         return ""
     hand = "soft" if length < 0.012 else "of medium stiffness" if length < 0.02 else "stiff"
     first = (f"The cloth is {hand}: a strip of it bends under its own weight with a bending length of "
-             "%.1f cm. " % (100 * length) if bend is True else
+             "%.1f cm. " % (100 * length) if bend else
              "The data do not determine how stiff the cloth bends. ")
-    return html.paragraph(first + ("Stretching is measured as well." if stretch is True else
+    return html.paragraph(first + ("Stretching is measured as well." if stretch else
                                    "Stretching and shear are not determined by a drape: those "
                                    "numbers come from the prior."))
 
