@@ -175,7 +175,7 @@ TEST_F(MaterialIo, RejectsWrongShapes) {
 TEST_F(MaterialIo, RejectsUnknownAndMissingKeys) {
   ExpectError(Replaced(Ours("arcsim"), "\"bend\"", "\"bends\""),
               "m.json: unknown key 'bends', allowed: format version name units source convention "
-              "density stretch bend");
+              "warp density stretch bend");
   ExpectError(Replaced(Arcsim(), "{", "{\"thicken\":2,"),
               "m.json: unknown key 'thicken', allowed: density stretching bending damping");
   ExpectError(R"({"a":)" + Replaced(Published(), "\"c22\"", "\"c21\"") + "}",

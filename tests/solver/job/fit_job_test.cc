@@ -274,7 +274,7 @@ TEST_F(FitJobTest, RepeatedPicturesCountOnce) {
 TEST_F(FitJobTest, DensityAndStiffnessInProportionAreOneDrape) {
   RunFitJob(spec_, data_, files_, {});
   const LaboratorySheet light = ReadSheet(folder_.path(), "material").value();
-  WriteStart(Scaled(TestMaterial(), 2.0, 2.0));
+  WriteStart(Scaled(test::TestMaterial(), 2.0, 2.0));
   data_.density *= 2.0;
   RunFitJob(spec_, data_, files_, {});
   const LaboratorySheet heavy = ReadSheet(folder_.path(), "material").value();

@@ -198,7 +198,7 @@ TEST_F(MetricsTool, MeshesAreCheckedAsPicturesAre) {
       Run({write("y.ply",
                  [](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.x(), 0, p.y()); })}),
       "expected a drape that hangs along z: is another axis up?");
-  ExpectOneLineError(Run({write("small.ply", [](const Eigen::Vector3d& p) { return 0.8 * p; })}),
+  ExpectOneLineError(Run({write("small.ply", [](const Eigen::Vector3d& p) { return 0.9 * p; })}),
                      "of the centre, expected at least 86 with a support of 90 mm");
 }
 
