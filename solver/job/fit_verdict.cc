@@ -197,11 +197,17 @@ bool IsNearlySingular(const MaterialField& material) {
 // cloth the bending length, the first that has been measured.
 const LaboratoryRow* FindBendingRow(const FitReport& report) {
   if (!report.fabric_sheet) return nullptr;
-  for (const LaboratoryRow& row : report.fabric_sheet->rows)
-    if (row.measured() && (report.density_is_given ? row.key.ends_with("_un_m")
-                                                   : row.key.starts_with("bending_length_")))
-      return &row;
-  return nullptr;
+  const char* first =
+      report.density_is_given ? "bending_in_drape_un_m" : "bending_length_overall_cm";
+  const LaboratoryRow* found = nullptr;
+  for (const LaboratoryRow& row : report.fabric_sheet->rows) {
+    if (!row.measured() || !(report.density_is_given ? row.key.ends_with("_un_m")
+                                                     : row.key.starts_with("bending_length_")))
+      continue;
+    if (row.key == first) return &row;
+    if (found == nullptr) found = &row;
+  }
+  return found;
 }
 
 void JudgeBending(const FitReport& report, Judge& judge) {

@@ -56,13 +56,13 @@ class ToolFixture : public FileFixture {
     return path.string();
   }
 
-  // Four samples of radii 10 to 11.5 cm, captures 1 to 4, the down side 2 mm wider.
+  // Four samples of radii 9.7 to 10.6 cm, captures 1 to 4, the down side 2 mm wider.
   std::string AddData() const {
     for (int sample = 1; sample <= 4; ++sample)
       for (int capture = 1; capture <= 4; ++capture)
         AddDisc("set/data/Fabric 3/silhouettes/Sample_" + std::to_string(sample) + "_Capture_" +
                     std::to_string(capture) + ".png",
-                0.095 + 0.005 * sample + (capture > 2 ? 0.002 : 0));
+                0.094 + 0.003 * sample + (capture > 2 ? 0.002 : 0));
     Write("set/data/Fabric 3/silhouettes/Sample_5_Capture_1.png", "no image");
     return Path("set");
   }

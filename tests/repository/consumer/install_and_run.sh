@@ -47,4 +47,4 @@ configs=$(dirname "$(find "$scratch/prefix" -type d -name fabrics)")
   --start="$configs/starts/six_waves.json" --solve=hybrid --out="$scratch/drape" >/dev/null
 "$scratch/build/consumer" "$scratch/drape/silhouette.png" "$configs/fabrics/synthetic_shirt.json" |
   tee "$scratch/out"
-grep -Eq '^(good|usable): bending rigidity [0-9.]+ uN m, 90 % interval [0-9.]+ to [0-9.]+$' "$scratch/out"
+grep -Eq '^(good|usable): bending rigidity B, as it drapes [0-9.]+ µN·m \([0-9.]+ … [0-9.]+\), measured' "$scratch/out"

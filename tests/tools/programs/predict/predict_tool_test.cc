@@ -133,6 +133,21 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
                      "found a pool of seed 1, expected 2");
 }
 
+// Of radii [m] at equal angles.
+GrayImage MakeSilhouette(const Eigen::VectorXd& radius) {
+  const Camera camera;
+  GrayImage image(camera.width, camera.height);
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      const double x = column - camera.cx, y = camera.cy - row;
+      const double turn = std::atan2(y, x) / (2 * M_PI);
+      const auto k = std::lround((turn < 0 ? turn + 1 : turn) * double(radius.size()));
+      const double edge = camera.scale * radius[k % radius.size()] - std::hypot(x, y);
+      image.at(column, row) = static_cast<float>(std::clamp(edge + 0.5, 0.0, 1.0));
+    }
+  return image;
+}
+
 TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
   const std::string folder = AddData() + "/data/Fabric 3/silhouettes/";
   const std::string up = "--images=" + folder + "Sample_1_Capture_1.png",
@@ -185,10 +200,12 @@ TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
   EXPECT_EQ(twice["camera"]["width"], small.width);  // of the predictions
   ExpectOneLineError(run({"--learn", of_large}), "large.png");
 
-  // A cloth that does not drape is at the edge of the pool, beyond which it may lie.
-  AddDisc("flat.png", 0.1495);
-  const ProcessResult flat = run({"--learn", "--images=" + Path("flat.png")});
-  EXPECT_THAT(flat.out, testing::ContainsRegex("bending length, face up \\[mm\\] +at least "));
+  // A cloth that hardly drapes is at the edge of the pool, beyond which it may lie.
+  SpecimenNumbers stiff = FakeFabric().mean[0];
+  stiff[kLogBendingLength] = NumberRanges()[kLogBendingLength].high;
+  WritePng(MakeSilhouette(FakeDrape(stiff, 5).radius), Path("stiff.png"));
+  const ProcessResult at_edge = run({"--learn", "--images=" + Path("stiff.png")});
+  EXPECT_THAT(at_edge.out, testing::ContainsRegex("bending length, face up \\[mm\\] +at least "));
   const Json bounds = ReadJson(Path("out/summary.json"))["specimen"]["up"]["interval_90"];
   EXPECT_TRUE(bounds["log_bending_length_up"]["high"].is_null()) << bounds;
 

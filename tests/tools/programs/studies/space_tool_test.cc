@@ -85,7 +85,7 @@ class SpaceShares : public ToolFixture {
       for (const int sample : {1, 2})
         AddDisc("set/data/Fabric " + std::to_string(fabric) + "/silhouettes/Sample_" +
                     std::to_string(sample) + "_Capture_1.png",
-                0.07 + 0.02 * fabric + 0.001 * sample);
+                0.04 + 0.03 * fabric + 0.001 * sample);
   }
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kSpace,
