@@ -35,8 +35,8 @@ constexpr Limits kMisfit = {2.0, 3.0};                      // of a laboratory r
 constexpr Limits kBendFactor = {2.0, 4.0};  // half the 90 % interval of a rigidity, as a factor
 constexpr double kNearSingular = 0.95;      // c12²/(c11·c22); kLargestCoupling² is 0.98
 
-// The root mean square outline error [mm] that models of so many numbers reach on known fabrics with
-// an overhang of 60 mm (tests/bench/FITS.md), and the limit of what is usable.
+// The root mean square outline error [mm] that models of so many numbers reach on known fabrics
+// with an overhang of 60 mm (tests/bench/FITS.md), and the limit of what is usable.
 Limits OutlineError(const DrapeDiscs& discs, Eigen::Index numbers) {
   constexpr double kOverhang = 0.06;
   const double scale = (discs.specimen - discs.support) / kOverhang;
