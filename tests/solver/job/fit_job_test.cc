@@ -436,7 +436,7 @@ TEST_F(FitJobTest, SaysWhenTheDensityIsThatOfTheStartTables) {
   data_.density = 0.0;
   const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(result.table, HasSubstr("Trust bending length c, overall "));
-  EXPECT_THAT(result.table, HasSubstr(", measured, if the assumed mass is right"));
+  EXPECT_THAT(result.table, HasSubstr(" measured, if the assumed mass is right"));
   nlohmann::json summary = Summary();
   EXPECT_THAT(summary["notes"].dump(), HasSubstr("0.2 kg/m2, is that of the start tables"));
   EXPECT_EQ(summary["bending"]["density_from"], "start tables");
