@@ -285,7 +285,7 @@ RowMatrix Rows(const std::vector<Eigen::VectorXd>& shapes) {
   return rows;
 }
 
-void BindFits(py::module_& m) {
+void BindQuantities(py::module_& m) {
   py::class_<LaboratoryRow>(m, "Quantity", "A number of a laboratory's sheet.")
       .def_readonly("key", &LaboratoryRow::key)
       .def_readonly("name", &LaboratoryRow::name)
@@ -306,6 +306,9 @@ void BindFits(py::module_& m) {
       .def_property_readonly("samples", [](const PosteriorQuantity& self) {
         return Eigen::VectorXd::Map(self.samples.data(), std::ssize(self.samples)).eval();
       });
+}
+
+void BindFits(py::module_& m) {
   py::class_<DrapeFit>(m, "Fit", "What a fit has found.")
       .def_property_readonly("fitted", &DrapeFit::fitted)
       .def_readonly("notes", &DrapeFit::notes)
@@ -394,6 +397,7 @@ PYBIND11_MODULE(_core, m) {
   BindInputs(m);
   BindSimulator(m);
   BindDrapes(m);
+  BindQuantities(m);
   BindFits(m);
   m.def("wear", &WearPattern);
   m.attr("FEATURES") =

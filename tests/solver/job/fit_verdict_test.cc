@@ -171,7 +171,8 @@ TEST_F(FitVerdictTest, WithoutADensityItTrustsTheBendingLength) {
   report_.density_is_given = false;
   report_.material.density = 0.2;
   Know(KnownTo{0.8, 1.25, true, true});
-  EXPECT_THAT(Line(), HasSubstr("Trust bending length c, warp 1.721 cm (1.38 … 2.15), measured"));
+  EXPECT_THAT(Line(),
+              HasSubstr("Trust bending length c, overall 1.721 cm (1.38 … 2.15), measured"));
 }
 
 TEST_F(FitVerdictTest, TheErrorOfTheMeshIsToldApart) {

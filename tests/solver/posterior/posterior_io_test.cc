@@ -15,9 +15,6 @@
 namespace drape::test {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
-
 PosteriorFit WithTables(ParameterTying tying) {
   PosteriorFit fit;
   fit.hierarchy.base = TestMaterial();
@@ -38,13 +35,9 @@ TEST(PosteriorReport, WhatIsHeldHasNoUncertainty) {
     const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, EqualStiffnessWeights());
     EXPECT_EQ(stiffness.stretch_deviation, 0.0);
     EXPECT_GT(stiffness.bend_deviation, 0.01 * stiffness.bend);
-    const std::string text = PosteriorTable(fit, EqualStiffnessWeights());
-    EXPECT_THAT(text, HasSubstr(" N/m (not varied), bend "));
-    EXPECT_THAT(text, Not(HasSubstr("e-1")));
   }
   const PosteriorFit all = WithTables(ParameterTying::kEntries);
   EXPECT_GT(ComputePosteriorStiffness(all, EqualStiffnessWeights()).stretch_deviation, 0.0);
-  EXPECT_THAT(PosteriorTable(all, EqualStiffnessWeights()), Not(HasSubstr("not varied")));
 }
 
 }  // namespace
