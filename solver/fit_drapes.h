@@ -25,7 +25,7 @@ struct DrapeFit {
   FitVerdict verdict;              // what to trust
   std::vector<std::string> notes;  // what a reader of the numbers must know
   std::shared_ptr<const ClothModel> cloth = {};  // of the fitted drapes
-  // Of each observation in the cloth's frame (Observation::InImage) [m], shape [3V].
+  // Positions for each observation in the cloth's frame (Observation::InImage) [m], shape [3V].
   std::vector<Eigen::VectorXd> drapes = {};
   bool cancelled = false;  // this is the best so far
   // Everything that the fit has found, in solver/job/fit_report.h, which may change.

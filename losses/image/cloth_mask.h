@@ -47,7 +47,7 @@ std::vector<float> EdgeChanges(const cv::Mat3f& lab, const std::vector<cv::Point
 // The share of the changes that are as large as an edge has to be.
 double ShareOfEdge(const std::vector<float>& changes, double least);
 
-// What a user says of where the cloth is.
+// Hints of a user about the place of the cloth.
 struct ClothHints {
   double threshold = 0.0;         // 0 … 1 between ground and cloth; 0: found
   std::string mask;               // picture of the cloth made by hand; empty: none

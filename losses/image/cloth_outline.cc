@@ -30,7 +30,7 @@ struct Candidate {
   double strength = 0.0;  // Weakest
 };
 
-// What nine tenths of the changes exceed.
+// The change that nine tenths of the changes exceed.
 double Weakest(std::vector<float> changes) {
   if (changes.empty()) return 0.0;
   const auto tenth = changes.begin() + static_cast<long>(changes.size() / 10);

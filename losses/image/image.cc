@@ -183,7 +183,7 @@ std::array<double, 2> ReadPngDensity(const std::string& png) {
   return {};
 }
 
-// Of JFIF [JFIF 1.02], else of EXIF.
+// The density of JFIF [JFIF 1.02], else of EXIF.
 std::array<double, 2> ReadJpegDensity(const std::vector<uint8_t>& jpeg) {
   constexpr std::size_t kUnits = 13, kEnd = 18;
   if (jpeg.size() >= kEnd && std::memcmp(&jpeg[6], "JFIF", 5) == 0 && jpeg[kUnits] > 0) {

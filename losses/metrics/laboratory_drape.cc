@@ -72,7 +72,7 @@ std::string Plain(double value, int digits) {
   return whole ? Format("%.0f", value) : Format("%.*g", digits, value);
 }
 
-// As the instrument of a row would print a number.
+// A number as the instrument of a row prints it.
 std::string Reading(const LaboratoryRow& row, double value, int digits) {
   return row.Reads(value) ? Plain(value, digits) : "> " + Plain(*row.reads_up_to, digits);
 }

@@ -53,8 +53,8 @@ struct LaboratoryRow {
   struct Interval {
     double low = 0.0, high = 0.0;
   };
-  // Of 90 %; an infinite end: the data bound the quantity from the other side only. None for what
-  // the data have not measured.
+  // The interval of 90 %. An infinite end: the data bound the quantity from the other side only.
+  // None for what the data have not measured.
   std::optional<Interval> interval = {};
   std::string source = {};                 // kMeasured, kFromThePrior, …
   std::string standard = {};               // that defines it, or where the formula is from

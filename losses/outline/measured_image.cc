@@ -32,22 +32,9 @@ double SquaredDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen
 
 constexpr int kAngles = 360;
 constexpr double kMillimetre = 1e-3;
-constexpr double kOverhang = 0.002;      // [m] by which a ray must enter the cloth again to count
-constexpr double kNotedOverhang = 0.01;  // share of the rays
-constexpr double kNotedSlack = 0.0015;   // [m] one pixel of a published image
-constexpr double kNotedError = 0.003;    // [m] of a centre that is not searched for
-constexpr double kNotedOffset = 0.2;     // of the support's radius
-
-// The share of the rays on which the cloth ends by kOverhang or more before its outermost end.
-double ShareOfOverhangs(const GrayImage& image, const Camera& camera, const Outline& outline) {
-  const double least = kOverhang * camera.pixels_per_metre();
-  int overhanging = 0;
-  for (int k = 0; k < outline.num_angles(); ++k) {
-    const double reach = FirstExit(image, camera, RayDirection(k, outline.num_angles()));
-    overhanging += outline.radius[k] - reach > least;
-  }
-  return static_cast<double>(overhanging) / outline.num_angles();
-}
+constexpr double kNotedSlack = 0.0015;  // [m] one pixel of a published image
+constexpr double kNotedError = 0.003;   // [m] of a centre that is not searched for
+constexpr double kNotedOffset = 0.2;    // of the support's radius
 
 std::string ScaleRemedy(const Camera& camera, const ImageQuality& quality) {
   return Format("is the scale of %.1f px/m (%s) right? Give camera_scale or image_width_mm",
@@ -296,6 +283,17 @@ std::string SizeText(const HemLength& hem, const DrapeDiscs& discs) {
          Format("; expected specimen = %.2f, or another scale", hem.usual);
 }
 
+double ComputeOverhang(const GrayImage& image, const Camera& camera, const Outline& outline) {
+  constexpr double kOverhang = 0.002;  // [m] by which a ray must enter the cloth again to count
+  const double least = kOverhang * camera.pixels_per_metre();
+  int overhanging = 0;
+  for (int k = 0; k < outline.num_angles(); ++k) {
+    const double reach = FirstExit(image, camera, RayDirection(k, outline.num_angles()));
+    overhanging += outline.radius[k] - reach > least;
+  }
+  return static_cast<double>(overhanging) / outline.num_angles();
+}
+
 MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
                            const DrapeDiscs& discs, const std::string& where) {
   const Camera known = FindCamera(input, silhouette, discs, where);
@@ -324,7 +322,7 @@ MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, Cent
   quality.drape_coefficient = shape.drape_coefficient;
   quality.radius_min = shape.radius_min;
   quality.radius_max = shape.radius_max;
-  quality.overhanging = ShareOfOverhangs(image, centred, outline);
+  quality.overhanging = ComputeOverhang(image, centred, outline);
   const HemLength hem = MeasureHem(
       [&](const DrapeDiscs& other) { return VerticalProfile(outline.radius, camera, other); },
       discs);

@@ -74,10 +74,14 @@ struct HemLength {
 HemLength MeasureHem(
     const std::function<Eigen::VectorXd(const DrapeDiscs& discs)>& vertical_profile,
     const DrapeDiscs& discs);
-// "this looks like a specimen of 24 cm, …"; of a hem whose `usual` is not 0.
+// "this looks like a specimen of 24 cm: …"; where no usual size fits, asks for scale and size.
 std::string SizeText(const HemLength& hem, const DrapeDiscs& discs);
 inline constexpr double kNotedHem = 0.35;  // of the logarithm of HemLength::relative
-// Of an outline with rays that cross it more than once, and a hem that no cloth has.
+// The share of the rays, as many as the outline has, on which the cloth of the image ends by 2 mm
+// or more before its outermost end.
+double ComputeOverhang(const GrayImage& image, const Camera& camera, const Outline& outline);
+inline constexpr double kNotedOverhang = 0.01;
+// The message for an outline with such rays and a hem that no cloth has.
 inline constexpr const char* kJagged =
     "the outline is jagged, and its hem is too long for the cloth: is the cloth in places of the "
     "colour of the ground, or does something lie on it?";

@@ -519,41 +519,30 @@ class Development {
                       correction * std::hypot(kHem, focal > 0 ? kFocal / focal : 0.0));
   }
 
-  int CountOverhangs(const Outline& outline) const {
-    constexpr double kOverhang = 0.002;  // [m]
-    int overhanging = 0;
-    for (int k = 0; k < kAngles; ++k)
-      overhanging += outline.radius[k] -
-                         FirstExit(result_.silhouette, result_.camera, RayDirection(k, kAngles)) >
-                     kOverhang * result_.camera.pixels_per_metre();
-    return overhanging;
-  }
-
   void CheckOutline(const Outline& outline, const Eigen::VectorXd& radius) {
     constexpr double kSlack = 0.04, kNoted = 0.015;  // of the radius
-    constexpr double kMostOverhang = 0.1, kNotedOverhang = 0.01;
     const double most = radius.maxCoeff() / discs_.specimen;
     const double least = radius.minCoeff() / discs_.support;
-    const int overhanging = CountOverhangs(outline);
-    if (overhanging > kMostOverhang * kAngles)
+    const double overhang = ComputeOverhang(result_.silhouette, result_.camera, outline);
+    if (overhang > kLargestOverhang)
       throw PhotoFailure{PhotoFault::kNotADrape,
                          Format("%.0f %% of the rays from the axis cross the outline more than "
                                 "once, expected the outline of one drape",
-                                100.0 * overhanging / kAngles)};
+                                100 * overhang)};
     const HemLength hem = MeasureHem(
         [&](const DrapeDiscs& other) {
           return VerticalProfile(outline.radius, result_.camera, other);
         },
         discs_);
-    if (hem.usual > 0 && overhanging > kNotedOverhang * kAngles)
+    if (hem.usual > 0 && overhang > kNotedOverhang)
       throw PhotoFailure{PhotoFault::kNotADrape, kJagged};
     if (hem.usual > 0) throw PhotoFailure{PhotoFault::kWrongSize, SizeText(hem, discs_)};
     if (std::abs(std::log(hem.relative)) > kNotedHem) Warn(SizeText(hem, discs_));
-    if (overhanging > kNotedOverhang * kAngles)
+    if (overhang > kNotedOverhang)
       Warn(
           Format("%.1f %% of the rays from the axis cross the outline more than once; the "
                  "outermost crossing counts",
-                 100.0 * overhanging / kAngles));
+                 100 * overhang));
     if (most > 1 + kSlack)
       throw PhotoFailure{PhotoFault::kWrongSize,
                          Format("the outline reaches %.0f mm from the axis, expected at most %.0f: "

@@ -102,7 +102,7 @@ void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Materia
         Format(" were raised to %g of their column's largest", policy.min_relative_stiffness));
 }
 
-// Reads one fabric from its object in the file.
+// The member "warp" of a file, which is there only where the warp is not known.
 bool KnowsWarp(const JsonInput& input) {
   if (!input.Has("warp")) return true;
   ExpectString(input.At("warp"), "unknown");
@@ -112,6 +112,7 @@ std::string WarpText(const Material& material) {
   return material.warp_known ? "" : "\"warp\": \"unknown\", ";
 }
 
+// Reads one fabric from its object in the file.
 class EntryReader {
  public:
   EntryReader(const JsonInput& input, const MaterialPolicy& policy)

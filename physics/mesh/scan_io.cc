@@ -24,12 +24,6 @@ static_assert(std::endian::native == std::endian::little);
 
 using Eigen::Vector3d;
 
-std::string Extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 // A file that is read from its beginning to its end, as words or as bytes.
 class Source {
  public:
@@ -236,13 +230,19 @@ class PlyReader {
 
 }  // namespace
 
+std::string LowerExtension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
 bool IsSurfaceFile(const std::string& path) {
-  const std::string extension = Extension(path);
+  const std::string extension = LowerExtension(path);
   return extension == ".obj" || extension == ".stl" || extension == ".ply";
 }
 
 ObjSurface ReadSurface(const std::string& path) {
-  const std::string extension = Extension(path);
+  const std::string extension = LowerExtension(path);
   if (extension != ".stl" && extension != ".ply") return ReadObjSurface(path);
   const std::string text = ReadWholeFile(path);
   return extension == ".stl" ? ReadStl(text, path) : PlyReader(text, path).Read();

@@ -7,6 +7,9 @@
 
 namespace drape {
 
+// The extension of a path in lower case, ".stl".
+std::string LowerExtension(const std::string& path);
+
 // Returns whether a name ends like that of a file of ReadSurface: .obj, .stl, .ply, in any case.
 bool IsSurfaceFile(const std::string& path);
 

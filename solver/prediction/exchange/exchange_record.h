@@ -80,8 +80,8 @@ struct ExchangeRecord {
   LinearPoint point = LinearPoint::kRest;
   LinearFabric material;
   DirectionNames directions;
-  // Of LinearNumbers with their NumberKey, with the exported value and the interval and origin that
-  // the fit states (MakeLinearSheet). Of a posterior without its fit those of JudgeByPosterior.
+  // Rows of LinearNumbers with their NumberKey: the exported value, and the interval and origin
+  // that the fit states (MakeLinearSheet), or JudgeByPosterior where a posterior has no fit.
   std::vector<LaboratoryRow> numbers;
   std::optional<double> thickness;  // [m]
 };

@@ -49,7 +49,7 @@ class FrameNames {
   int digits_ = 1;
 };
 
-// In metres, with z up.
+// The surface in metres, with z up.
 ObjSurface ReadFrame(const std::string& path, const BodyFiles& files) {
   ObjSurface surface = ReadSurface(path);
   surface.x *= files.scale;

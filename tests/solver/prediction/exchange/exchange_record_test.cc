@@ -305,7 +305,7 @@ TEST(FabricSheet, ABoundHasOneSideAndNoRatio) {
   const LaboratorySheet least = Sheet(JudgeByBound(judge, Bound::kAtLeast, Tables(), 1e-6));
   EXPECT_EQ(Row(least, "bending_overall_un_m").Text(),
             "bending rigidity B, overall at least 1 µN·m, measured");
-  // Of a cube root, the cube root of an eighth.
+  // A cube root has the cube root of an eighth.
   const double c = 100 * std::cbrt(8e-6 / (0.15 * 9.80665));
   EXPECT_NEAR(Row(least, "bending_length_overall_cm").value, c * 0.5, 1e-6);
   EXPECT_EQ(Row(least, "bending_warp_un_m").source, "from the prior");

@@ -133,7 +133,7 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
                      "found a pool of seed 1, expected 2");
 }
 
-// Of radii [m] at equal angles.
+// The silhouette of radii [m] at equal angles.
 GrayImage MakeSilhouette(const Eigen::VectorXd& radius) {
   const Camera camera;
   GrayImage image(camera.width, camera.height);

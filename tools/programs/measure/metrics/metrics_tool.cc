@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -62,14 +61,6 @@ struct ViewedFile {
   std::optional<ObjSurface> surface;  // of a mesh [m]
 };
 
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
-bool IsMesh(const fs::path& path) { return IsSurfaceFile(path); }
-
 bool IsImage(const fs::path& path) {
   const std::string extension = LowerExtension(path);
   return extension == ".jpg" || extension == ".jpeg" || extension == ".png";
@@ -124,7 +115,7 @@ ViewedFile ViewMesh(const std::string& path, const View& view) {
 // A drape by itself. Throws InputError for whatever cannot be read or seen, and for what shows no
 // drape.
 ViewedFile ViewFile(const std::string& path, const View& view) {
-  if (IsMesh(path)) return ViewMesh(path, view);
+  if (IsSurfaceFile(path)) return ViewMesh(path, view);
   MeasuredImage measured =
       MeasureImage(ReadSilhouette(path), view.camera, view.centre, view.discs, path);
   return {path,
@@ -140,7 +131,7 @@ ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camer
   View same = view;
   same.camera.width = camera.width;
   same.camera.height = camera.height;
-  if (IsMesh(path) && view.camera.picture.given()) {
+  if (IsSurfaceFile(path) && view.camera.picture.given()) {
     same.camera.scale = camera.scale;
     same.camera.picture = {};
   }
@@ -159,7 +150,7 @@ ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camer
 Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
                   const std::vector<std::string>& files) {
   for (const std::string& file : files)
-    if (!IsMesh(file)) return MakeCamera(input, ReadImage(file), discs, file);
+    if (!IsSurfaceFile(file)) return MakeCamera(input, ReadImage(file), discs, file);
   return MakeCamera(input, discs);
 }
 
@@ -167,7 +158,7 @@ Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
 std::vector<std::string> DrapesIn(const std::string& folder, size_t least) {
   std::vector<std::string> files;
   for (const fs::path& path : fs::directory_iterator(folder))
-    if (IsMesh(path) || IsImage(path)) files.push_back(path.string());
+    if (IsSurfaceFile(path) || IsImage(path)) files.push_back(path.string());
   std::sort(files.begin(), files.end());
   if (files.size() < least) {
     throw InputError(folder, "found " + std::to_string(files.size()) +
@@ -245,7 +236,7 @@ Json ShapeJson(const ShapeFeatures& shape) {
 }
 
 std::string CameraLine(const MeasuredDrape& drape) {
-  if (IsMesh(drape.file)) return "a mesh, seen from above";
+  if (IsSurfaceFile(drape.file)) return "a mesh, seen from above";
   return CameraText(drape.camera, drape.quality);
 }
 
@@ -570,8 +561,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
           .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
           .notes =
               "one image or mesh (OBJ, STL, PLY): drape coefficient, folds, area, radii and other "
-              "features of the "
-              "outline; a folder, or three or more files: a line for each; what cannot be measured "
+              "features of the outline; a folder, or three or more files: a line for each; what "
+              "cannot be measured "
               "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
               "two, A and B, are compared: two images or meshes; or two folders of images and "
               "meshes: A holds samples of a distribution, B what was observed\n"
