@@ -16,6 +16,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -45,20 +47,31 @@ std::size_t WriteBytes(int descriptor, std::string_view text) noexcept {
   return written;
 }
 
+// Guards the names of this process's temporary files, and their beginning and end.
+std::mutex temporaries_mutex;
+std::set<std::string>& Temporaries() {
+  static std::set<std::string> names;
+  return names;
+}
+
 // A new file of an unguessable name beside `path`. The destructor removes it unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path) : path_(path), temporary_(UniqueName(path)) {
+    const std::lock_guard guard(temporaries_mutex);
     descriptor_ =
         open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0) Fail("cannot create a file in this folder", errno);
     flock(descriptor_, LOCK_EX | LOCK_NB);  // it is in use
+    Temporaries().insert(temporary_);
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
+    const std::lock_guard guard(temporaries_mutex);
     close(descriptor_);
     if (!renamed_) unlink(temporary_.c_str());
+    Temporaries().erase(temporary_);
   }
 
   void Write(std::string_view content) {
@@ -68,6 +81,7 @@ class TemporaryFile {
       Fail("cannot write the whole file, only " + std::to_string(written) + " bytes", errno);
   }
   void Rename() {
+    const std::lock_guard guard(temporaries_mutex);
     std::error_code error;
     fs::rename(temporary_, path_, error);
     if (error) throw IoError(path_, "cannot replace the file: " + error.message());
@@ -123,6 +137,11 @@ void WriteFileAtomically(const std::string& path, std::string_view content) {
   TemporaryFile file(path);
   file.Write(content);
   file.Rename();
+}
+
+void AbandonTemporaries() {
+  temporaries_mutex.lock();  // for good
+  for (const std::string& name : Temporaries()) unlink(name.c_str());
 }
 
 void CheckReplaceable(const std::string& path) {

@@ -28,6 +28,10 @@ class IoError : public std::runtime_error {
 // the disk is full, or when the path is a folder.
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
+// Removes the unfinished files of this process, which is about to end. No file is begun or replaced
+// afterwards: who tries waits for the end.
+void AbandonTemporaries();
+
 // Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, no
 // file can be made in its folder, or its name is too long. To be called before long work.
 void CheckReplaceable(const std::string& path);

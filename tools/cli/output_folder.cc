@@ -149,6 +149,7 @@ bool OutputFolder::HasAnyPublished() {
 
 void OutputFolder::Abandon() {
   live_mutex.lock();  // for good
+  AbandonTemporaries();
   for (const OutputFolder* folder : LiveFolders()) folder->Drop();
 }
 

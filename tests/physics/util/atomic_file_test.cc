@@ -3,10 +3,13 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <limits>
+#include <thread>
 
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/io_error.h"
@@ -76,6 +79,25 @@ TEST_F(AtomicFile, LeavesOfAKillAreRemoved) {
   RemoveTemporaries(Path("absent"));
   EXPECT_EQ(NumFiles(), 1);
   EXPECT_TRUE(std::filesystem::exists(Path("a/c.json")));
+}
+
+TEST_F(AtomicFile, AnEndInTheMiddleOfAWriteLeavesNoPart) {
+  Write("a.txt", "old");
+  const std::string content(40'000'000, 'x');
+  for (const int milliseconds : {2, 5, 10, 20}) {
+    EXPECT_EXIT(
+        {
+          std::thread([&] {
+            for (;;) WriteFileAtomically(Path("a.txt"), content);
+          }).detach();
+          std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+          AbandonTemporaries();
+          std::this_thread::sleep_for(std::chrono::milliseconds(50));  // for a further write
+          _exit(0);
+        },
+        testing::ExitedWithCode(0), "");
+    EXPECT_EQ(NumFiles(), 1);
+  }
 }
 
 TEST_F(AtomicFile, GrowsAndIsNoLink) {
