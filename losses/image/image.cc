@@ -50,12 +50,12 @@ uint32_t ReadExifEntry(::ExifData* data, ExifIfd directory, ExifTag tag) {
   return entry->format == EXIF_FORMAT_LONG ? exif_get_long(entry->data, order) : 0;
 }
 
-// What a JPEG says of the camera; the defaults where it has no EXIF data, where they are damaged,
-// or where they do not say.
-ExifData ReadExif(const std::vector<uint8_t>& jpeg) {
+// What a JPEG, or EXIF data after their own header, say of the camera; the defaults where there are
+// no EXIF data, where they are damaged, or where they do not say.
+ExifData ReadExif(const std::vector<uint8_t>& bytes) {
   constexpr uint32_t kMostPixels = 1 << 20;
   const std::unique_ptr<::ExifData, void (*)(::ExifData*)> data(
-      exif_data_new_from_data(jpeg.data(), static_cast<unsigned>(jpeg.size())), exif_data_unref);
+      exif_data_new_from_data(bytes.data(), static_cast<unsigned>(bytes.size())), exif_data_unref);
   ExifData exif;
   if (data == nullptr) return exif;
   const uint32_t orientation = ReadExifEntry(data.get(), EXIF_IFD_0, EXIF_TAG_ORIENTATION);
@@ -157,13 +157,13 @@ std::string BigEndian(uint32_t number) {
   return bytes;
 }
 
-// The contents of the chunks of a type before the picture itself, in a file that may be damaged.
+// The contents of the chunks of a type, in a file that may be damaged.
 std::vector<std::string> ReadChunks(const std::string& png, const std::string& type) {
   std::vector<std::string> contents;
   for (std::size_t at = kSignatureSize; at + kFrameSize <= png.size();) {
     const std::size_t size = png_get_uint_32(reinterpret_cast<png_const_bytep>(&png[at]));
     const std::string found = png.substr(at + 4, 4);
-    if (found == "IDAT" || size > png.size() - at - kFrameSize) break;
+    if (size > png.size() - at - kFrameSize) break;
     if (found == type) contents.push_back(png.substr(at + 8, size));
     at += size + kFrameSize;
   }
@@ -222,8 +222,16 @@ bool LooksLikePng(const std::vector<uint8_t>& bytes) {
   return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0;
 }
 
+// What the eXIf chunk says of the camera; the defaults without one.
+ExifData ReadPngExif(const std::string& png) {
+  const std::vector<std::string> chunks = ReadChunks(png, "eXIf");
+  if (chunks.empty()) return {};
+  const std::string data = std::string("Exif\0\0", 6) + chunks[0];
+  return ReadExif({data.begin(), data.end()});
+}
+
 // Transparent pixels lie on white.
-Picture DecodePng(const std::vector<uint8_t>& bytes, int channels, const std::string& where) {
+Picture DecodePng(const std::string& bytes, int channels, const std::string& where) {
   PngHandle handle;
   png_image& png = handle.png;
   const auto broken = [&] {
@@ -236,7 +244,8 @@ Picture DecodePng(const std::vector<uint8_t>& bytes, int channels, const std::st
   const png_color white = {255, 255, 255};
   std::vector<uint8_t> samples(PNG_IMAGE_SIZE(png));
   if (!png_image_finish_read(&png, &white, samples.data(), 0, nullptr)) throw broken();
-  return {static_cast<int>(png.width), static_cast<int>(png.height), std::move(samples)};
+  return Upright({static_cast<int>(png.width), static_cast<int>(png.height), std::move(samples),
+                  ReadPngExif(bytes)});
 }
 
 Picture ReadPicture(const std::string& path, int channels) {
@@ -251,7 +260,7 @@ Picture ReadPicture(const std::string& path, int channels) {
   std::vector<uint8_t> bytes(text.begin(), text.end());
   if (bytes.empty()) throw InputError(path, "is empty, expected a JPEG or PNG file");
   if (LooksLikeJpeg(bytes)) return DecodeJpeg(bytes, channels, path);
-  if (LooksLikePng(bytes)) return DecodePng(bytes, channels, path);
+  if (LooksLikePng(bytes)) return DecodePng(text, channels, path);
   throw InputError(path, "is neither JPEG nor PNG (by its first bytes)");
 }
 

@@ -32,9 +32,9 @@ struct RgbImage {
 };
 
 // Decodes a JPEG or PNG, which are distinguished by their content: grey, RGB, RGBA (over white),
-// palette, 8 or 16 bit; coverage = 1 − grey. A JPEG is turned and reflected as its EXIF orientation
-// says. Throws InputError, naming the path, when the file is missing, empty, truncated, not an
-// image, or, before it is decoded, for more than 2^26 pixels.
+// palette, 8 or 16 bit; coverage = 1 − grey. A picture is turned and reflected as the orientation
+// in its EXIF data says (eXIf chunk of a PNG). Throws InputError, naming the path, when the file is
+// missing, empty, truncated, not an image, or, before it is decoded, for more than 2^26 pixels.
 GrayImage ReadImage(const std::string& path);
 
 // What a camera has written into its picture.

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <csignal>
 #include <functional>
@@ -226,6 +227,24 @@ std::vector<uint8_t> WithExif(const std::vector<uint8_t>& jpeg, const std::vecto
   return all;
 }
 
+// The same as a chunk of a PNG, before or after the chunks of the picture.
+std::vector<uint8_t> WithExifChunk(const std::vector<uint8_t>& png,
+                                   const std::vector<uint8_t>& exif, bool is_first) {
+  constexpr size_t kFirst = 8 + 25, kEnd = 12;  // after IHDR; the length of IEND
+  std::vector<uint8_t> typed = {'e', 'X', 'I', 'f'};
+  typed.insert(typed.end(), exif.begin() + 6, exif.end());
+  const auto at = png.begin() + static_cast<long>(is_first ? kFirst : png.size() - kEnd);
+  const auto number = [](uint32_t n) {
+    return std::vector<uint8_t>{uint8_t(n >> 24), uint8_t(n >> 16), uint8_t(n >> 8), uint8_t(n)};
+  };
+  std::vector<uint8_t> all(png.begin(), at);
+  AppendTo(&all, number(static_cast<uint32_t>(typed.size() - 4)));
+  AppendTo(&all, typed);
+  AppendTo(&all, number(static_cast<uint32_t>(crc32(0, typed.data(), uInt(typed.size())))));
+  all.insert(all.end(), at, png.end());
+  return all;
+}
+
 // The stored image is 64 × 40 with a dark box in its top left corner; where it is shown follows
 // from the definition of the tag.
 TEST_F(ImageFile, HonoursAllExifOrientations) {
@@ -233,17 +252,18 @@ TEST_F(ImageFile, HonoursAllExifOrientations) {
   std::vector<uint8_t> gray(w * h, 255);
   for (int row = 0; row < 16; ++row)
     for (int col = 0; col < 24; ++col) gray[row * w + col] = 0;
-  const auto jpeg = EncodeJpeg(gray, w, h, 1);
+  const auto jpeg = EncodeJpeg(gray, w, h, 1), png = EncodePng(gray.data(), w, h, PNG_FORMAT_GRAY);
   struct Shown {
     bool exchanged, right, bottom;  // width with height; where the box is
   };
   const Shown shown[] = {{false, false, false}, {false, true, false}, {false, true, true},
                          {false, false, true},  {true, false, false}, {true, true, false},
                          {true, true, true},    {true, false, true}};
-  for (const bool big_endian : {false, true}) {
+  for (int kind = 0; kind < 4; ++kind) {
     for (int orientation = 1; orientation <= 8; ++orientation) {
-      const GrayImage image =
-          ReadImage(Put("o.jpg", WithExif(jpeg, MakeExif(orientation, big_endian))));
+      const std::vector<uint8_t> exif = MakeExif(orientation, kind % 2 == 1);
+      const GrayImage image = ReadImage(
+          Put("o", kind < 2 ? WithExif(jpeg, exif) : WithExifChunk(png, exif, kind == 2)));
       const auto& [exchanged, right, bottom] = shown[orientation - 1];
       ASSERT_EQ(image.width, exchanged ? h : w) << orientation;
       ASSERT_EQ(image.height, exchanged ? w : h) << orientation;
@@ -252,7 +272,8 @@ TEST_F(ImageFile, HonoursAllExifOrientations) {
         for (int col = 0; col < image.width; ++col) {
           const bool inside = (right ? col >= image.width - wide : col < wide) &&
                               (bottom ? row >= image.height - high : row < high);
-          ASSERT_NEAR(image.at(col, row), inside, 0.1) << orientation << ": " << col << ", " << row;
+          ASSERT_NEAR(image.at(col, row), inside, 0.1)
+              << kind << ", " << orientation << ": " << col << ", " << row;
         }
       }
     }
