@@ -72,8 +72,18 @@ bool IsFolder(const std::string& path) {
   return fs::is_directory(path);
 }
 
-// Throws InputError for a mesh that is not of the size of a drape, as in another unit, or not seen
-// from above.
+constexpr double kCm2 = 1e-4;
+
+double SurfaceArea(const ObjSurface& surface) {  // [m²]
+  const auto at = [&](int v) { return Eigen::Vector3d(surface.x.segment<3>(3 * Eigen::Index(v))); };
+  double area = 0.0;
+  for (const auto& [a, b, c] : surface.triangles)
+    area += 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).norm();
+  return area;
+}
+
+// Throws InputError for a mesh that is not of the size of a drape, as in another unit, not seen
+// from above, or larger than the flat cloth, which hardly stretches.
 void CheckMeshIsDrape(const ObjSurface& surface, const DrapeDiscs& discs, const std::string& path) {
   const double least = 2 * kLeastRadius * discs.support, most = 2 * kLargestRadius * discs.specimen;
   const Eigen::Vector3d size = Extents(surface);
@@ -87,6 +97,14 @@ void CheckMeshIsDrape(const ObjSurface& surface, const DrapeDiscs& discs, const 
     throw InputError(path, Format("the mesh is %.2f m along x, %.2f m along y and %.2f m along z, "
                                   "expected a drape that hangs along z: is another axis up?",
                                   size.x(), size.y(), size.z()));
+  const double area = SurfaceArea(surface),
+               most_area = M_PI * std::pow(kLargestRadius * discs.specimen, 2);
+  if (area > most_area)
+    throw InputError(path, Format("the mesh has a surface of %.0f cm2, expected at most %.0f of a "
+                                  "specimen of ",
+                                  area / kCm2, most_area / kCm2) +
+                               ToString(discs) +
+                               ": are both faces of the cloth in it, or more than the cloth?");
 }
 
 // A mesh, checked like an image: through an image of it. Its centre is searched for from the middle
@@ -190,7 +208,6 @@ struct MeasuredDrape {
 
 constexpr double kMm = 1e-3;
 constexpr double kMm2 = 1e-6;
-constexpr double kCm2 = 1e-4;
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kSheetTitle = "The drape, as laboratories report it";
 

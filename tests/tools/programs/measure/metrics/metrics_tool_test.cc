@@ -200,6 +200,13 @@ TEST_F(MetricsTool, MeshesAreCheckedAsPicturesAre) {
       "expected a drape that hangs along z: is another axis up?");
   ExpectOneLineError(Run({write("small.ply", [](const Eigen::Vector3d& p) { return 0.9 * p; })}),
                      "of the centre, expected at least 86 with a support of 90 mm");
+  const std::string deep = write("deep.stl", [](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(p.x(), p.y(), 4 * p.z());
+  });
+  for (const std::vector<std::string>& operands :
+       {std::vector{deep}, std::vector{Path("a.obj"), deep}})
+    ExpectOneLineError(Run(operands),
+                       "cm2, expected at most 804 of a specimen of 30 cm on 18 cm: ");
 }
 
 // A ruler of 20 cm along 500 px, and a scan of 2.5 dots in a millimetre.
