@@ -109,11 +109,30 @@ StepFinder::Step StepFinder::Find(const Eigen::VectorXd& samples) const {
   return found;
 }
 
+void CatchOpenCv(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const cv::Exception& error) {
+    throw PhotoFailure{PhotoFault::kOurs,
+                       Format("OpenCV says \"%s\" in %s; please report it with the picture",
+                              error.err.c_str(), error.func.c_str())};
+  }
+}
+
 PhotoPlanes MakePlanes(const RgbImage& image) {
   constexpr double kMostLight = 65535;
+  constexpr double kLeastSide = 64, kMostAspect = 10;
+  const auto [shorter, longer] = std::minmax(image.width, image.height);
+  if (shorter < kLeastSide || longer > kMostAspect * shorter)
+    throw PhotoFailure{
+        PhotoFault::kTooSmall,
+        Format("the picture is %dx%d px, expected at least %.0f px on each side, and "
+               "one side at most %.0f times the other",
+               image.width, image.height, kLeastSide, kMostAspect)};
   PhotoPlanes planes;
   const cv::Mat3b photo(image.height, image.width,
                         reinterpret_cast<cv::Vec3b*>(const_cast<uint8_t*>(image.rgb.data())));
+  planes.size = photo.size();
   planes.scale = std::min(1.0, double(kWorkingSide) / std::max(image.width, image.height));
   cv::resize(photo, planes.rgb, {}, planes.scale, planes.scale, cv::INTER_AREA);
   cv::Mat1w table(1, 256);
@@ -139,7 +158,8 @@ double PhotoPlanes::WorkingBlur(double blur_of_photo) const {
 }
 
 void CheckExposure(const PhotoPlanes& planes) {
-  constexpr double kDarkest = 15;  // L* of the lightest hundredth
+  constexpr double kDarkest = 15;    // L* of the lightest hundredth
+  constexpr double kOneColor = 0.2;  // standard deviation [Lab units]
   std::vector<float> lightness;
   for (int row = 0; row < planes.lab.rows; row += 4)
     for (int col = 0; col < planes.lab.cols; col += 4) lightness.push_back(planes.lab(row, col)[0]);
@@ -150,6 +170,11 @@ void CheckExposure(const PhotoPlanes& planes) {
                        Format("the photograph is too dark: its lightest parts have a lightness of "
                               "%.0f %%, expected at least %.0f",
                               *high, kDarkest)};
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(planes.lab, mean, deviation);
+  if (cv::norm(deviation) < kOneColor)
+    throw PhotoFailure{PhotoFault::kNoCloth,
+                       "the picture is of one colour, expected one piece of cloth on a ground"};
 }
 
 void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -76,20 +77,26 @@ struct PhotoFailure {
   std::vector<std::vector<cv::Point>> marks = {};  // curves that show where, in the working picture
 };
 
+// Does work on a picture, and makes a PhotoFailure of an exception of OpenCV there, which is a
+// fault of this program.
+void CatchOpenCv(const std::function<void()>& work);
+
 // A photograph at its working size.
 struct PhotoPlanes {
   cv::Mat3b rgb;
   cv::Mat3f light;     // red, green and blue in linear light, slightly smoothed
   cv::Mat1f luma;      // the light of the luma, in the same way
   cv::Mat3f lab;       // the same in CIE Lab
+  cv::Size size;       // of the photograph
   double scale = 1.0;  // working pixels to one of the photograph
 
   // The blur in the working picture for a blur in the photograph: standard deviations [px].
   double WorkingBlur(double blur_of_photo) const;
 };
+// Throws PhotoFailure for a picture that is too small or too narrow.
 PhotoPlanes MakePlanes(const RgbImage& image);
 
-// Throws PhotoFailure where nothing can be seen.
+// Throws PhotoFailure where nothing can be seen: of a dark picture, and of one of one colour.
 void CheckExposure(const PhotoPlanes& planes);
 
 // Throws PhotoFailure for a highlight on the cloth without detail.

@@ -224,11 +224,9 @@ Silhouette CleanSilhouette(GrayImage picture, const std::string& where) {
 Silhouette DevelopSilhouette(const Photograph& photo, const std::string& where) {
   FoundCloth found;
   try {
-    FindSilhouette(photo.image, MakePlanes(photo.image), {}, &found);
+    CatchOpenCv([&] { FindSilhouette(photo.image, MakePlanes(photo.image), {}, &found); });
   } catch (const PhotoFailure& failure) {
     throw InputError(where, std::string(ToString(failure.fault)) + ": " + failure.reason);
-  } catch (const cv::Exception&) {
-    throw InputError(where, "shows nothing that could be a cloth on a ground");
   }
   cv::Mat1f coverage;
   cv::resize(found.cloth.coverage, coverage, {photo.image.width, photo.image.height}, 0, 0,

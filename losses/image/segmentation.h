@@ -29,7 +29,8 @@ enum class PhotoFault {
   kTilted,
   kTooClose,
   kWrongSize,
-  kNotADrape
+  kNotADrape,
+  kOurs
 };
 constexpr auto EnumNames(PhotoFault) {
   return MakeNames<PhotoFault>({{PhotoFault::kNone, "none"},
@@ -49,7 +50,8 @@ constexpr auto EnumNames(PhotoFault) {
                                 {PhotoFault::kTilted, "tilted"},
                                 {PhotoFault::kTooClose, "too close"},
                                 {PhotoFault::kWrongSize, "wrong size"},
-                                {PhotoFault::kNotADrape, "not a drape"}});
+                                {PhotoFault::kNotADrape, "not a drape"},
+                                {PhotoFault::kOurs, "fault of this program"}});
 }
 
 // A connected part of a picture of two levels.

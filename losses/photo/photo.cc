@@ -265,20 +265,10 @@ class Development {
       : photo_(photo), options_(options), discs_(MakeDiscs(options)) {}
 
   PhotoResult Run() {
-    planes_ = MakePlanes(photo_.image);
     try {
-      if (options_.marker != PhotoMarker::kNone) result_.focal = FocalLength(photo_, options_);
-      Segment();
-      if (options_.marker == PhotoMarker::kNone) {
-        PlaceWithoutMarker();
-      } else {
-        Place();
-      }
-      Measure();
+      CatchOpenCv([&] { Develop(); });
     } catch (const PhotoFailure& failure) {
       return Refuse(failure);
-    } catch (const cv::Exception&) {
-      return Refuse({PhotoFault::kNoCloth, "nothing looks like a cloth on a ground"});
     }
     AddText();
     result_.overlay = RenderMarks(planes_, marks_);
@@ -286,6 +276,18 @@ class Development {
   }
 
  private:
+  void Develop() {
+    planes_ = MakePlanes(photo_.image);
+    if (options_.marker != PhotoMarker::kNone) result_.focal = FocalLength(photo_, options_);
+    Segment();
+    if (options_.marker == PhotoMarker::kNone) {
+      PlaceWithoutMarker();
+    } else {
+      Place();
+    }
+    Measure();
+  }
+
   PhotoResult Refuse(const PhotoFailure& failure) {
     PhotoResult refused;
     refused.fault = failure.fault;
@@ -294,7 +296,7 @@ class Development {
     marks_.faults = failure.marks;
     marks_.refused = true;
     marks_.text = std::string("Refused, ") + ToString(failure.fault) + ": " + failure.reason;
-    refused.overlay = RenderMarks(planes_, marks_);
+    refused.overlay = planes_.rgb.empty() ? photo_.image : RenderMarks(planes_, marks_);
     return refused;
   }
 

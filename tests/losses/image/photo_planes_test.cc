@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/image/photo_planes.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include <opencv2/imgproc.hpp>
 
 namespace drape {
 namespace {
@@ -56,6 +58,18 @@ TEST(Light, TheShareIsThatOfTheLumaWhereColoursAreBlurred) {
   Eigen::Vector4f seen = Mixture(ground, cloth, 0.3f);
   seen.head<3>() = Mixture(ground, cloth, 0.6f).head<3>();
   EXPECT_NEAR(ShareOfMixture(seen, ground, cloth - ground), 0.3f, 2e-3f);
+}
+
+// An exception of OpenCV is reported as what it is: a fault of this program, with its cause.
+TEST(CatchOpenCv, NamesTheCause) {
+  try {
+    CatchOpenCv([] { cv::resize(cv::Mat(), cv::Mat1b(3, 3), {}); });
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const PhotoFailure& failure) {
+    EXPECT_STREQ(ToString(failure.fault), "fault of this program");
+    EXPECT_THAT(failure.reason, testing::AllOf(testing::HasSubstr("OpenCV says \""),
+                                               testing::HasSubstr("in resize")));
+  }
 }
 
 }  // namespace

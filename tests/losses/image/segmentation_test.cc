@@ -168,8 +168,9 @@ TEST(Segmentation, RefusesWhatIsNoPieceOfCloth) {
   for (float& c : speckled.coverage) c = random() % 20 == 0 ? 1.0f : c;
   ExpectRefused(speckled, "is noise: ");
   ExpectRefused(GrayImage(15, 40), "at least 16x16");
-  ExpectRefused(GrayImage(40, 40), "no cloth: nothing differs from the ground");
-  ExpectRefused(GrayImage(40, 40, 1.0f), "too dark");
+  ExpectRefused(GrayImage(40, 400), "too small: the picture is 40x400 px, expected at least 64");
+  ExpectRefused(GrayImage(400, 400), "no cloth: the picture is of one colour");
+  ExpectRefused(GrayImage(400, 400, 1.0f), "too dark");
   GrayImage odd = Star();
   odd.at(3, 3) = std::nanf("");
   ExpectRefused(odd, "not in [0, 1]");
