@@ -342,18 +342,21 @@ Ground PaintFrameOver(const cv::Mat1b& lit, PhotoPlanes* planes) {
   return ground;
 }
 
-cv::Mat1b ReadMask(const std::string& path, cv::Size size) {
+// The mask of a file, at the working size.
+cv::Mat1b ReadMask(const std::string& path, const PhotoPlanes& planes) {
   const GrayImage picture = ReadImage(path);
-  const double aspect = double(picture.width) / picture.height,
-               expected = double(size.width) / size.height;
-  if (std::abs(aspect / expected - 1) > 0.01)
-    throw InputError(path, Format("mask is %dx%d px, expected the shape of the photograph",
-                                  picture.width, picture.height));
+  if (cv::Size(picture.width, picture.height) != planes.size)
+    throw InputError(path,
+                     Format("mask is %dx%d px, expected the photograph's %dx%d", picture.width,
+                            picture.height, planes.size.width, planes.size.height));
   const cv::Mat1f coverage(picture.height, picture.width,
                            const_cast<float*>(picture.coverage.data()));
   cv::Mat1f resized;
-  cv::resize(coverage, resized, size, 0, 0, cv::INTER_AREA);
-  return (resized > 0.5f) / 255;
+  cv::resize(coverage, resized, planes.rgb.size(), 0, 0, cv::INTER_AREA);
+  const cv::Mat1b mask = (resized > 0.5f) / 255;
+  if (const double share = cv::mean(mask)[0]; share == 0 || share == 1)
+    throw InputError(path, "mask is of one colour, expected black where the cloth is, and white");
+  return mask;
 }
 
 }  // namespace
@@ -421,7 +424,7 @@ RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
   RoughCloth rough;
   cv::Mat1b mask, disc = cv::Mat1b::zeros(border.size());
   if (!hints.mask.empty()) {
-    mask = ReadMask(hints.mask, planes->lab.size());
+    mask = ReadMask(hints.mask, *planes);
   } else {
     if (ground.noise > kUneven && !hints.has_points())
       throw PhotoFailure{PhotoFault::kUnevenGround,

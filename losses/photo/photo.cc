@@ -402,9 +402,10 @@ class Development {
 
   void CheckPose(const std::optional<FoundPose>& found) {
     constexpr double kMostTilt = 20 * kDegree, kNotedTilt = 12 * kDegree;
-    constexpr double kLeastHeight = 2.0;    // specimen diameters
-    constexpr double kNotedHeight = 5.0;    // [m]
-    constexpr double kMostMarkerError = 2;  // [px]
+    constexpr double kLeastHeight = 2.0;                      // specimen diameters
+    constexpr double kNotedHeight = 5.0, kMostHeight = 20.0;  // [m]
+    constexpr double kNotedFocal = 0.03;                      // of the logarithm
+    constexpr double kMostMarkerError = 2;                    // [px]
     if (!found || found->rms > kMostMarkerError)
       throw PhotoFailure{
           options_.marker == PhotoMarker::kTag ? PhotoFault::kNoTag : PhotoFault::kNoDisc,
@@ -424,7 +425,15 @@ class Development {
       throw PhotoFailure{PhotoFault::kTooClose,
                          Format("the camera is %.2f m above the support, expected at least %.2f m",
                                 height, kLeastHeight * options_.specimen)};
+    if (height > kMostHeight)
+      throw PhotoFailure{PhotoFault::kWrongSize,
+                         Format("the camera would be %.0f m above the support, expected at most "
+                                "%.0f: are the focal length and the marker's size right?",
+                                height, kMostHeight)};
     CheckCentre(found->first_harmonic);
+    const double told = photo_.exif.focal_35mm, given = options_.focal_35mm;
+    if (told > 0 && given > 0 && std::abs(std::log(given / told)) > kNotedFocal)
+      Warn(Format("the file tells a focal length of %g mm; %g mm was given and used", told, given));
     if (height > kNotedHeight)
       Warn(
           Format("the camera seems to be %.1f m above the support, more than a stand or a hand "

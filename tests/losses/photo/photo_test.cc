@@ -115,8 +115,9 @@ TEST(Photo, SaysHowWellTheCoefficientIsKnown) {
 
 // What is good enough to be measured but may be off is said.
 TEST(Photo, NotesWhatMayBeOff) {
-  const auto expect = [](const PhotoScene& scene, const char* note) {
-    const PhotoTrial trial = Try(scene);
+  const auto expect = [](const PhotoScene& scene, const char* note,
+                         const PhotoOptions& options = {}) {
+    const PhotoTrial trial = Try(scene, options);
     ASSERT_EQ(trial.result.fault, PhotoFault::kNone) << trial.result.reason;
     EXPECT_THAT(trial.result.warnings, testing::Contains(testing::HasSubstr(note)));
   };
@@ -134,6 +135,9 @@ TEST(Photo, NotesWhatMayBeOff) {
   far.focal_35mm *= 6;
   far.eye = {0, 0, 6.0};
   expect(far, "the camera seems to be 6.0 m above the support");
+  PhotoOptions longer;
+  longer.focal_35mm = 1.25 * SmallScene().focal_35mm;
+  expect(SmallScene(), "mm was given and used", longer);
 }
 
 struct BadPhoto {
@@ -199,6 +203,8 @@ INSTANTIATE_TEST_SUITE_P(
                              [](PhotoScene& s, Options&, Pieces&) { s.motion = 25; }},
                     BadPhoto{"far_away", PhotoFault::kTooSmall,
                              [](PhotoScene& s, Options&, Pieces&) { s.eye.z() = 3; }},
+                    BadPhoto{"from_a_mountain", PhotoFault::kWrongSize,
+                             [](PhotoScene&, Options& o, Pieces&) { o.focal_35mm = 10000; }},
                     BadPhoto{"close", PhotoFault::kTooClose,
                              [](PhotoScene& s, Options&, Pieces&) {
                                s.eye.z() = 0.5;
@@ -230,6 +236,31 @@ TEST(Photo, RefusesContradictoryOptions) {
   EXPECT_THROW(MeasurePhoto(photo, large_support), InputError);
   EXPECT_THROW(MeasurePhoto(photo, With(PhotoMarker::kTag)), InputError);
   EXPECT_THROW(MeasurePhoto(photo, With(PhotoMarker::kNone)), InputError);
+  PhotoOptions masked = With(PhotoMarker::kNone, 0, 1000);
+  masked.mask = testing::TempDir() + "/photo_mask.png";
+  const auto expect_mask = [&](const GrayImage& mask, const char* message) {
+    WritePng(mask, masked.mask);
+    EXPECT_THAT([&] { MeasurePhoto(photo, masked); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr(message)));
+  };
+  expect_mask({500, 375}, "mask is 500x375 px, expected the photograph's 1000x750");
+  expect_mask({1000, 750}, "mask is of one colour");
+  expect_mask({1000, 750, 1.0f}, "mask is of one colour");
+}
+
+// By name, and before any work on them.
+TEST(Photo, RefusesPicturesThatShowNothing) {
+  const auto expect = [](int width, int height, uint8_t grey, PhotoFault fault) {
+    const RgbImage image{width, height, std::vector<uint8_t>(size_t(3) * width * height, grey)};
+    const PhotoResult result = MeasurePhoto({image, {}}, With(PhotoMarker::kNone, 0, 1000));
+    EXPECT_STREQ(ToString(result.fault), ToString(fault)) << width << ", " << height;
+    EXPECT_GT(result.overlay.width, 0);
+  };
+  expect(800, 800, 120, PhotoFault::kNoCloth);
+  expect(800, 600, 255, PhotoFault::kNoCloth);
+  expect(800, 600, 10, PhotoFault::kDark);
+  for (const int side : {1, 2, 17, 63}) expect(side, 500, 120, PhotoFault::kTooSmall);
+  expect(2000, 70, 120, PhotoFault::kTooSmall);
 }
 
 // Photographs as they come: none is measured wrongly without a word. Each kind has the fault that

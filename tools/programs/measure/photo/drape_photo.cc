@@ -65,8 +65,8 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
   std::string text =
       photo + "\n" +
       Format(
-          "  drape coefficient          %.1f +- %.1f %% (estimate of the vertical projection; "
-          "%.1f %% without a model of the camera)\n",
+          "  drape coefficient          %.1f +- %.1f %% (estimate of the vertical projection, "
+          "if the given sizes are right; %.1f %% without a model of the camera)\n",
           100 * result.shape.drape_coefficient, 100 * result.coefficient_sd,
           100 * result.plane_coefficient) +
       Format("  folds                      %d\n", result.shape.folds) +
