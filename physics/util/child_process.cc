@@ -3,7 +3,6 @@
 
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -16,8 +15,6 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-
-extern char** environ;
 
 namespace drape {
 namespace {
@@ -59,6 +56,14 @@ int WaitFor(pid_t child, rusage* used) {
   while (wait4(child, &status, 0, used) < 0 && errno == EINTR) {
   }
   return status;
+}
+
+constexpr int kCannotStart = 127;  // exit code of a program, as of a shell
+
+// A child would outlive a parent that is killed, and keep its locks.
+void EndWithParent(pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
 }
 
 constexpr char kDone = 'd', kBadInput = 'i', kRefused = 'r',
@@ -110,28 +115,28 @@ bool ReadAll(int descriptor, const std::atomic<bool>* cancel, std::string* text)
 
 }  // namespace
 
+pid_t StartProgram(const std::vector<std::string>& arguments, int in, int out, int errors) {
+  const std::vector<char*> texts = ListTexts(arguments);
+  const pid_t parent = getpid(), child = fork();
+  if (child < 0) throw std::runtime_error("no child process can be started");
+  if (child > 0) return child;
+  EndWithParent(parent);
+  setpgid(0, 0);
+  if (dup2(in, STDIN_FILENO) < 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(errors, STDERR_FILENO) < 0)
+    _exit(kCannotStart);
+  sigset_t none;  // the signals that this process blocks, it blocks for itself alone
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  execvp(texts[0], texts.data());
+  _exit(kCannotStart);
+}
+
 ProgramResult RunProgram(const std::vector<std::string>& arguments) {
   const MemoryFile in, out, errors;
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, in.descriptor(), STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, out.descriptor(), STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, errors.descriptor(), STDERR_FILENO);
-  std::vector<char*> texts = ListTexts(arguments);
-  // The signals that this process blocks, it blocks for itself alone.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  pid_t child = 0;
-  const int refused = posix_spawnp(&child, texts[0], &files, &attributes, texts.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  posix_spawnattr_destroy(&attributes);
-  if (refused != 0)
+  const int status = WaitFor(
+      StartProgram(arguments, in.descriptor(), out.descriptor(), errors.descriptor()), nullptr);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kCannotStart)
     throw InputError(arguments[0], "cannot be started, expected it to be installed");
-  const int status = WaitFor(child, nullptr);
   return {status, out.Content(), errors.Content()};
 }
 
@@ -141,9 +146,7 @@ ChildResult RunInChild(const std::function<std::string()>& work, const std::atom
   const pid_t parent = getpid(), child = fork();
   if (child < 0) throw std::runtime_error("no child process can be started");
   if (child == 0) {
-    // It would outlive a parent that is killed, and keep its locks.
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent) _exit(1);
+    EndWithParent(parent);
     close(ends[0]);
     // Threads do not survive a fork, and OpenMP would wait for those of the thread that forked. A
     // new thread starts its own.

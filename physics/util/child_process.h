@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <functional>
 #include <string>
@@ -14,6 +16,11 @@ struct ProgramResult {
   int status = 0;  // 0: it succeeded; otherwise as waitpid reports it
   std::string output, errors;
 };
+
+// Starts a program, found on PATH and without a shell, on three descriptors; `arguments` begins
+// with its name. It is in a process group of its own, out of reach of Ctrl-C, and ends with the
+// thread that started it. Its exit code is 127 when there is no such program.
+pid_t StartProgram(const std::vector<std::string>& arguments, int in, int out, int errors);
 
 // Runs a program, found on PATH and without a shell, and waits for it; `arguments` begins with its
 // name. Its standard input is empty. Throws InputError when it cannot be started.

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 
 // Guards the list of folders of this process and their publication.
 std::mutex live_mutex;
-bool any_published = false;
+std::atomic<bool> any_published = false;
 std::set<const OutputFolder*>& LiveFolders() {
   static std::set<const OutputFolder*> folders;
   return folders;
@@ -138,14 +139,11 @@ void OutputFolder::Publish() const {
 }
 
 bool OutputFolder::IsAnyOpen() {
-  const std::lock_guard guard(live_mutex);
-  return !LiveFolders().empty();
+  const std::unique_lock guard(live_mutex, std::try_to_lock);
+  return !guard || !LiveFolders().empty();
 }
 
-bool OutputFolder::HasAnyPublished() {
-  const std::lock_guard guard(live_mutex);
-  return any_published;
-}
+bool OutputFolder::HasAnyPublished() { return any_published; }
 
 void OutputFolder::Abandon() {
   live_mutex.lock();  // for good

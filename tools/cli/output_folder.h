@@ -35,7 +35,7 @@ class OutputFolder {
   // is replaced.
   void Publish() const;
 
-  // Returns whether this process has an output folder, and so something to save.
+  // Returns whether this process has an output folder, and so something to save. Never waits.
   static bool IsAnyOpen();
   // Returns whether an output folder of this process has published its files.
   static bool HasAnyPublished();

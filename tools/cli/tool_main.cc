@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <glog/logging.h>
+#include <poll.h>
 #include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -114,9 +115,15 @@ void Progress::Update(double fraction, const std::string& note) {
 
 namespace {
 
-std::atomic<bool> cancel_requested = false;
+std::atomic<bool> cancel_requested = false, run_has_ended = false;
 
-extern "C" void Ignore(int) {}
+std::atomic<pid_t> watcher = 0;  // the thread that waits for signals
+
+// Hands a signal over to the thread that waits for it. Threads that a library made before main,
+// such as those of OpenBLAS, do not block it. Without a waiting thread there is nothing to save.
+extern "C" void HandOver(int signal) {
+  if (watcher == 0 || tgkill(getpid(), watcher, signal) != 0) _exit(kExitCancelled);
+}
 
 sigset_t CancelSignals() {
   sigset_t signals;
@@ -132,6 +139,20 @@ double ProcessorSeconds() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
+// Returns whether no other thread of this process runs or waits for a processor or a disk.
+bool IsIdle() {
+  std::error_code error;
+  for (fs::directory_iterator task("/proc/self/task", error), end; !error && task != end;
+       task.increment(error)) {
+    if (task->path().filename() == std::to_string(watcher)) continue;
+    std::string text;
+    std::getline(std::ifstream(task->path() / "stat"), text);
+    const std::size_t state = text.rfind(") ");
+    if (state != std::string::npos && std::strchr("RD", text[state + 2]) != nullptr) return false;
+  }
+  return !error;
+}
+
 // Waits for SIGINT and SIGTERM. All threads block them, because METIS takes a SIGTERM for an error
 // while it works. A cancelled run saves what it has and ends. If it cannot end soon, because a
 // library call knows no interruption, this class ends the process: it drops unpublished files, and
@@ -141,13 +162,12 @@ class InterruptWatch {
   // Construct it before any other thread: threads inherit the blocked signals.
   explicit InterruptWatch(std::string tool) : tool_(std::move(tool)) {
     const sigset_t signals = CancelSignals();
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, Ignore);  // not SIG_IGN
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, HandOver);  // not SIG_IGN
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the limit becomes a write error, with its message
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     try {
       thread_ = std::thread([this] { Watch(); });
     } catch (const std::system_error&) {  // no more threads: a signal ends the process
-      for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
       pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     }
   }
@@ -158,6 +178,9 @@ class InterruptWatch {
     if (!thread_.joinable()) return;
     pthread_kill(thread_.native_handle(), SIGTERM);  // wakes it up
     thread_.join();
+    watcher = 0;
+    const sigset_t signals = CancelSignals();
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
   }
 
  private:
@@ -166,9 +189,12 @@ class InterruptWatch {
   static constexpr double kLeastProcessor = 0.9;   // so much of a processor [s] to save files,
   static constexpr double kLongestPatience = 8.0;  // but no longer than this on a busy machine
   static constexpr double kOneSignal = 0.5;        // [s] in which a signal may arrive twice
+  static constexpr int kIdlePolls = 4;             // so often in sequence a run that waits is idle
   static constexpr long kPollNanoseconds = 50'000'000;
+  static constexpr std::chrono::milliseconds kLastResort{600};
 
   void Watch() {
+    watcher = gettid();
     const sigset_t signals = CancelSignals();
     int signal = 0;
     while (sigwait(&signals, &signal) != 0) {
@@ -177,25 +203,38 @@ class InterruptWatch {
     cancel_requested = true;
     const Clock::time_point start = Clock::now();
     const double processor = ProcessorSeconds();
-    while (!ended_) {
+    for (int idle = 0; !ended_;) {
       const timespec poll = {0, kPollNanoseconds};
       const bool again = sigtimedwait(&signals, nullptr, &poll) > 0;
       const double waited = std::chrono::duration<double>(Clock::now() - start).count();
-      const bool had_processor =
-          ProcessorSeconds() - processor > kLeastProcessor || !OutputFolder::IsAnyOpen();
+      idle = IsIdle() ? idle + 1 : 0;
+      const bool had_processor = ProcessorSeconds() - processor > kLeastProcessor ||
+                                 !OutputFolder::IsAnyOpen() || idle >= kIdlePolls;
       const bool had_time = waited > kPatience && had_processor;
       if (!ended_ && (had_time || waited > kLongestPatience || (again && waited > kOneSignal)))
         End();
     }
   }
 
+  // Ends the process whatever locks and streams other threads hold.
   [[noreturn]] void End() const {
-    const bool published = OutputFolder::HasAnyPublished();
+    try {
+      std::thread([] {
+        std::this_thread::sleep_for(kLastResort);
+        _exit(kExitCancelled);
+      }).detach();
+    } catch (const std::system_error&) {  // no more threads
+    }
     OutputFolder::Abandon();
-    std::fprintf(stderr, "%s: interrupted%s\n", tool_.c_str(),
-                 published ? ": its files show the results so far"
-                           : " in the middle of a long computation: its results so far are not "
-                             "saved, earlier files are unchanged");
+    const std::string text =
+        tool_ + ": interrupted" +
+        (run_has_ended || OutputFolder::HasAnyPublished()
+             ? ": its files show the results so far\n"
+             : " in the middle of a long computation: its results so far are not saved, earlier "
+               "files are unchanged\n");
+    pollfd err = {STDERR_FILENO, POLLOUT, 0};  // a pipe that nobody reads would block
+    if (poll(&err, 1, 0) == 1 && err.revents == POLLOUT)
+      (void)!write(STDERR_FILENO, text.data(), text.size());
     _exit(kExitCancelled);
   }
 
@@ -309,8 +348,8 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
     RecordCommand(argc, argv);
     if (ParseCommandLine(table, argc, argv, &repeated) == ParseOutcome::kHelpShown) return kExitOk;
     RecordRunOptions(table, std::move(repeated));
-    const InterruptWatch watch(table.tool);
     const ToolOutcome outcome = RunWithProgress(table.tool, run);
+    run_has_ended = true;
     std::fputs(MakePrintable(outcome.text).c_str(), stdout);
     return ReportOutcome(table.tool, outcome);
   } catch (const std::bad_alloc&) {
@@ -342,6 +381,7 @@ std::vector<std::string> ScriptCommand(const std::string& installed, const std::
 int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ToolOutcome(const RunControl& control)>& run) {
   OpenStandardStreams();
+  const InterruptWatch watch(table.tool);
   running_tool = table.tool;
   std::set_terminate(OnTerminate);
   StartLogging(argv[0]);

@@ -4,7 +4,6 @@
 #include <ceres/ceres.h>
 #include <fcntl.h>
 #include <glog/logging.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/fit.h"
@@ -230,32 +230,18 @@ std::string RunNLopt(BudgetedFunction& function, nlopt::algorithm algorithm, int
 }
 
 // A process whose standard input and output are one socket: writing to a dead one gives an error
-// instead of a signal. It is in a group of its own, out of reach of Ctrl-C.
+// instead of a signal.
 class SearchProcess {
  public:
-  explicit SearchProcess(std::vector<std::string> command) {
+  explicit SearchProcess(const std::vector<std::string>& command) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
       throw InputError(command.front(), "cannot start: " + std::system_category().message(errno));
     socket_ = ends[0];
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    std::vector<char*> words;
-    for (std::string& word : command) words.push_back(word.data());
-    words.push_back(nullptr);
-    const int error = posix_spawnp(&pid_, words[0], &actions, &attributes, words.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&actions);
+    const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    pid_ = StartProgram(command, ends[1], ends[1], null);
+    close(null);
     close(ends[1]);
-    if (error == 0) return;
-    close(socket_);
-    throw InputError(command.front(), "cannot start: " + std::system_category().message(error));
   }
   ~SearchProcess() {
     kill(pid_, SIGKILL);

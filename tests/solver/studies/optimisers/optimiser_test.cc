@@ -223,7 +223,7 @@ TEST(Optimiser, ASearchThatCannotRunIsAnInputError) {
   options.search_command.back() = "missing.py";
   EXPECT_INPUT_ERROR(RunOptimiser("bo", valley, options), "expected numpy and scipy");
   options.search_command = {"/missing/python3"};
-  EXPECT_INPUT_ERROR(RunOptimiser("bo", valley, options), "cannot start");
+  EXPECT_INPUT_ERROR(RunOptimiser("bo", valley, options), "in /missing/python3");
 }
 
 TEST(Optimiser, UnknownNamesAreListed) {
