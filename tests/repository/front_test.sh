@@ -134,3 +134,33 @@ PATH=$scratch/bin:$PATH
 # shellcheck disable=SC1091
 . ./command
 cmp calls expected || fail "pasted: $(cat calls), expected: $(cat expected)"
+
+# A signal ends the step that runs, even one that succeeds then, and no other is begun. A script ends
+# what it runs, too.
+printf '#!/bin/sh\necho "fit $*" >>calls\ntrap "exit 0" INT TERM\nsleep 9 &\nwait\n' >bin/drape_fit
+mkdir -p share/drapefit
+mkdir scripts
+printf '#!/bin/sh\nsleep 9 &\necho $! >started\nwait\n' >scripts/drapefit
+chmod +x scripts/drapefit
+interrupt() {  # signal, what shows that it runs, command: exit code
+  rm -f "$2"
+  "${@:3}" >log 2>&1 &
+  for _ in $(seq 300); do
+    [ -s "$2" ] && break
+    sleep 0.01
+  done
+  kill -"$1" $!
+  code=0
+  wait $! || code=$?
+  [ "$code" = 130 ] || fail "$3 ended with exit code $code after SIG$1: $(cat log)"
+}
+set -m  # otherwise commands in the background ignore SIGINT
+for number in INT TERM; do
+  interrupt $number calls bin/drapefit drape.png --picture=silhouette --mass=170
+  called "fit "
+  PATH=$scratch/scripts:$PATH interrupt $number share/drapefit/started \
+    "$source/tools/quickstart" --installed "$scratch/quick"
+  if kill -0 "$(cat share/drapefit/started)" 2>/dev/null; then
+    fail "the quickstart left a process after SIG$number"
+  fi
+done

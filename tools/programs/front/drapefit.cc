@@ -271,9 +271,10 @@ std::string CommandText(const Step& step) {
   return text;
 }
 
-volatile std::sig_atomic_t running_child = 0;
+volatile std::sig_atomic_t running_child = 0, interrupted = 0;
 
 extern "C" void PassOn(int signal) {
+  interrupted = 1;
   if (running_child > 0) kill(static_cast<pid_t>(running_child), signal);
 }
 
@@ -285,16 +286,21 @@ int RunAttached(std::vector<std::string> command) {
   std::vector<char*> words;
   for (std::string& word : command) words.push_back(word.data());
   words.push_back(nullptr);
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, PassOn);
+  if (interrupted) return kExitCancelled;
   pid_t child = 0;
   const int error = posix_spawn(&child, words[0], nullptr, nullptr, words.data(), environ);
   if (error != 0) throw InputError(command[0], std::string("cannot be run: ") + strerror(error));
   running_child = child;
+  if (interrupted) kill(child, SIGTERM);  // the signal came before there was a process to get it
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   running_child = 0;
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  if (interrupted) {
+    std::signal(SIGALRM, [](int) { _exit(kExitCancelled); });
+    alarm(1);  // the messages that follow may find a full pipe
+    return kExitCancelled;
+  }
   constexpr int kSignalled = 128;
   return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
 }
@@ -467,7 +473,16 @@ int RunPicture(int argc, char** argv, const std::string& folder) {
     verbs += std::string(program.verb) + ": " + program.summary + "\n";
   if (ParseCommandLine(ShortWayTable(options, verbs), argc, argv) == ParseOutcome::kHelpShown)
     return kExitOk;
-  return RunShortWay(options, folder);
+  struct sigaction pass_on = {};  // it ends system calls, such as the wait for a pipe
+  pass_on.sa_handler = PassOn;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &pass_on, nullptr);
+  try {
+    const int code = RunShortWay(options, folder);
+    return interrupted ? kExitCancelled : code;
+  } catch (const std::exception&) {  // what a signal has cut short is no error
+    if (!interrupted) throw;
+    return kExitCancelled;
+  }
 }
 
 // Returns whether a word names a picture rather than a verb: it has a dot or slash, or is a file.

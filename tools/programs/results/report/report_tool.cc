@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -41,8 +40,8 @@ OptionTable ReportTable(ReportOptions& options) {
       .operand_names = "FOLDER..."};
 }
 
-// The script takes over this process, with its streams and signals.
-ToolOutcome Run(const ReportOptions& options, const RunControl& /*control*/) {
+// The script takes over this process, with its streams. It lets signals in once it can answer them.
+ToolOutcome Run(const ReportOptions& options, const RunControl& control) {
   if (options.folders.empty())
     throw InputError("FOLDER", "expected at least one folder of results");
   CheckReplaceable(options.out);
@@ -54,9 +53,7 @@ ToolOutcome Run(const ReportOptions& options, const RunControl& /*control*/) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (control.cancelled()) return {.cancelled = true};
   execvp(arguments[0], arguments.data());
   throw InputError(words[0], std::string("cannot be run: ") + std::strerror(errno));
 }

@@ -11,6 +11,20 @@ import sys
 import warnings
 
 EXIT_BAD_INPUT, EXIT_CANCELLED = 2, 130
+SIGNALS = [signal.SIGINT, signal.SIGTERM]
+unfinished = []  # files that a signal removes
+
+
+def end(*_):
+    for path in unfinished:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(path)
+    os._exit(EXIT_CANCELLED)
+
+
+for each in SIGNALS:
+    signal.signal(each, end)
+signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)  # drape_report has blocked them
 
 
 def refuse(message):
@@ -77,6 +91,7 @@ def read_folders(paths):
 def write_atomically(path, content):
     """An earlier page stays until the new one is complete."""
     new = os.path.join(os.path.dirname(path), f".drapefit_report_{os.getpid()}")
+    unfinished.append(new)
     try:
         with open(new, "xb") as file:
             file.write(content)
@@ -101,8 +116,4 @@ def main(out, max_mb, *paths):
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")  # of charts of damaged numbers
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        main(*sys.argv[1:])
-    except KeyboardInterrupt:
-        sys.exit(EXIT_CANCELLED)
+    main(*sys.argv[1:])
