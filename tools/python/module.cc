@@ -13,7 +13,9 @@
 #include <mutex>
 #include <set>
 #include <stdexcept>
+#include <thread>
 #include <tuple>
+#include <utility>
 
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/state.h"
@@ -33,20 +35,46 @@ namespace py = pybind11;
 namespace drape {
 namespace {
 
-// Works without the lock of the interpreter, so that other threads of Python run; Ctrl-C cancels.
-template <class Work>
-auto RunUnlocked(const Work& work) {
-  constexpr std::chrono::milliseconds kPoll(50);
-  std::atomic<bool> cancel = false;
-  auto result = std::async(std::launch::async, [&] { return work(cancel); });
+constexpr std::chrono::milliseconds kPoll(50);
+
+// Waits without the lock of the interpreter, so that other threads of Python run. False after
+// Ctrl-C.
+template <class Result>
+bool Await(const std::future<Result>& result) {
   const auto is_done = [&] {
     const py::gil_scoped_release unlocked;
     return result.wait_for(kPoll) == std::future_status::ready;
   };
   while (!is_done())
-    if (!cancel && PyErr_CheckSignals() != 0) cancel = true;
+    if (PyErr_CheckSignals() != 0) return false;
+  return true;
+}
+
+// Ctrl-C cancels the work.
+template <class Work>
+auto RunUnlocked(const Work& work) {
+  std::atomic<bool> cancel = false;
+  auto result = std::async(std::launch::async, [&] { return work(cancel); });
+  if (!Await(result)) {
+    cancel = true;
+    const py::gil_scoped_release unlocked;
+    result.wait();
+  }
   if (PyErr_Occurred() != nullptr) throw py::error_already_set();
   return result.get();
+}
+
+// A function that knows no interruption, with copies of its arguments: Ctrl-C leaves it to its
+// thread.
+template <class Result, class... Args>
+auto Alone(Result (*work)(Args...)) {
+  return [=](const std::decay_t<Args>&... args) {
+    std::packaged_task<Result()> task([=] { return work(args...); });
+    auto result = task.get_future();
+    std::thread(std::move(task)).detach();
+    if (!Await(result)) throw py::error_already_set();
+    return result.get();
+  };
 }
 
 Mesh MeshFromArrays(const RowMatrix& vertices, const std::vector<std::array<int, 3>>& faces,
@@ -98,9 +126,9 @@ void BindInputs(py::module_& m) {
         if (x.size() != self.rest_x.size()) throw InputError("positions", "are of another mesh");
         WriteObj(path, self, x);
       });
-  m.def("read_mesh", [](const std::string& spec, bool round_to_float) {
-    return ParseMeshSpec(spec, {.round_to_float = round_to_float});
-  });
+  m.def("read_mesh", Alone(+[](const std::string& spec, bool round_to_float) {
+          return ParseMeshSpec(spec, {.round_to_float = round_to_float});
+        }));
   py::class_<Camera>(m, "Camera", "Looks down on the support; pixel centres are at integers.")
       .def_readwrite("width", &Camera::width, "px")
       .def_readwrite("height", &Camera::height, "px")
@@ -116,7 +144,7 @@ void BindInputs(py::module_& m) {
       .def_property_readonly("notes", [](const MeasuredImage& self) { return self.quality.notes; })
       .def("outline", &ReadRadii, py::arg("num_angles") = 360,
            "Radii about the camera's centre at equal angles, px, [K].");
-  m.def("read_silhouette", &MeasureFile);
+  m.def("read_silhouette", Alone(&MeasureFile));
 }
 
 // A cloth in a scene and what simulates it, which one thread at a time uses.
@@ -126,7 +154,7 @@ struct Simulator {
   std::shared_ptr<const ClothModel> model;
   std::string device;  // "2 CPU threads"
   std::unique_ptr<Backend> backend;
-  std::mutex in_use;
+  std::timed_mutex in_use;
 
   Simulator(const Mesh& mesh, const std::string& scene, const std::string& law,
             const std::string& contact, double specimen, double support,
@@ -141,6 +169,13 @@ struct Simulator {
     if (threads < 0) throw InputError("threads", "expected 0, all cores, or more");
     backend = MakeBackend(backend_name, model, CountThreads(threads), &device);
   }
+  // Another thread may have the simulator for long.
+  std::unique_lock<std::timed_mutex> Take(const std::atomic<bool>& cancel) {
+    std::unique_lock lock(in_use, std::defer_lock);
+    while (!lock.try_lock_for(kPoll))
+      if (cancel) throw InputError("simulator", "is in use");
+    return lock;
+  }
   double support_radius() const {
     const std::optional<double> radius = SupportRadius(model->scene);
     if (!radius) throw InputError("start", "is made for a support, which the scene does not have");
@@ -150,8 +185,12 @@ struct Simulator {
 
 void BindSimulator(py::module_& m) {
   py::class_<Simulator, std::shared_ptr<Simulator>>(m, "Simulator")
-      .def(py::init<const Mesh&, const std::string&, const std::string&, const std::string&, double,
-                    double, const std::string&, int>())
+      .def(py::init(Alone(+[](const Mesh& mesh, const std::string& scene, const std::string& law,
+                              const std::string& contact, double specimen, double support,
+                              const std::string& backend, int threads) {
+        return std::make_shared<Simulator>(mesh, scene, law, contact, specimen, support, backend,
+                                           threads);
+      })))
       .def_readonly("device", &Simulator::device, "what it runs on")
       .def_property_readonly("camera",
                              [](const Simulator& self) { return CameraAbove(self.discs); })
@@ -185,7 +224,7 @@ struct Drapes {
     for (Eigen::Index i = 0; i < inputs.start.rows(); ++i)
       RequireFreeStart(simulator->input, *simulator->model, {inputs.start.row(i), {}});
     RunUnlocked([&](const std::atomic<bool>& cancel) {
-      const std::lock_guard lock(simulator->in_use);
+      const auto lock = simulator->Take(cancel);
       batch.Run(&cancel);
     });
   }
@@ -200,7 +239,7 @@ struct Drapes {
     return RunUnlocked([&](const std::atomic<bool>& cancel) {
       if (choice.of == "features") RequireDiscs(*simulator->model, simulator->discs, "mesh");
       const auto readout = MakeReadout(choice, simulator->model->mesh, simulator->discs);
-      const std::lock_guard lock(simulator->in_use);
+      const auto lock = simulator->Take(cancel);
       return use(*readout, cancel);
     });
   }
@@ -269,11 +308,11 @@ DrapeFit FitImages(const std::vector<std::string>& images, const Material& start
                         .start = start.field,
                         .density = options.data.density,
                         .specimens = options.data.specimens};
-  for (const std::string& image : images)
-    fabric.drapes.push_back(ReadImageObservation(image, spec.observation));
   for (const std::string& other : options.data.other_materials)
     fabric.other_starts.push_back(ReadMaterial(other).field);
   return RunUnlocked([&](const std::atomic<bool>& cancel) {
+    for (const std::string& image : images)
+      if (!cancel) fabric.drapes.push_back(ReadImageObservation(image, spec.observation));
     return FitDrapes(spec, std::move(fabric), {.cancel = &cancel});
   });
 }
@@ -342,7 +381,7 @@ void BindFits(py::module_& m) {
                                return fabrics;
                              })
       .def_readonly("_quantities", &Posterior::quantities);
-  m.def("sample_posterior", &SamplePosterior);
+  m.def("sample_posterior", Alone(&SamplePosterior));
 }
 
 using Faces = std::vector<std::array<int, 3>>;
