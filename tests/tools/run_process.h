@@ -38,6 +38,9 @@ inline constexpr bool kCanLimitFiles = true, kCanLimitMemory = false;
 inline constexpr bool kCanLimitFiles = true, kCanLimitMemory = true;
 #endif
 
+// How much longer a program takes with a sanitizer.
+inline constexpr double kSlowdown = kCanLimitMemory ? 1.0 : 4.0;
+
 // Runs a program to its end and returns what it printed.
 ProcessResult RunProcess(const std::vector<std::string>& command, const ProcessLimits& limits = {});
 

@@ -7,9 +7,9 @@ namespace drape::attack {
 
 const std::vector<AttackClass>& AttackClasses() {
   static const std::vector<AttackClass> kClasses = {
-      {"options", AttackOptions}, {"files", AttackFiles},   {"images", AttackImages},
-      {"mutants", AttackMutants}, {"stored", AttackStored}, {"system", AttackSystem},
-      {"signals", AttackSignals}};
+      {"options", AttackOptions}, {"files", AttackFiles},          {"images", AttackImages},
+      {"mutants", AttackMutants}, {"stored", AttackStored},        {"system", AttackSystem},
+      {"signals", AttackSignals}, {"interrupts", AttackInterrupts}};
   return kClasses;
 }
 

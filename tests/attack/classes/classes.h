@@ -9,13 +9,14 @@
 namespace drape::attack {
 
 // Each runs the attacks of one class.
-void AttackOptions(Campaign* campaign);  // each option of each program
-void AttackFiles(Campaign* campaign);    // bad files of each kind
-void AttackImages(Campaign* campaign);   // damaged and misleading pictures
-void AttackMutants(Campaign* campaign);  // each reader in process, with random damage
-void AttackStored(Campaign* campaign);   // tampering with stored files
-void AttackSystem(Campaign* campaign);   // surroundings, links, names
-void AttackSignals(Campaign* campaign);  // stopped at random times and continued
+void AttackOptions(Campaign* campaign);     // each option of each program
+void AttackFiles(Campaign* campaign);       // bad files of each kind
+void AttackImages(Campaign* campaign);      // damaged and misleading pictures
+void AttackMutants(Campaign* campaign);     // each reader in process, with random damage
+void AttackStored(Campaign* campaign);      // tampering with stored files
+void AttackSystem(Campaign* campaign);      // surroundings, links, names
+void AttackSignals(Campaign* campaign);     // stopped at random times and continued
+void AttackInterrupts(Campaign* campaign);  // SIGINT and SIGTERM in every program
 
 // Hostile names of inputs and output folders, of the class "system".
 void AddHostileNames(Campaign* campaign, std::vector<Attack>* attacks);

@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -56,10 +58,13 @@ class Sink {
   static int Open(Stream kind) {
     if (kind == Stream::kFull) return open("/dev/full", O_WRONLY | O_CLOEXEC);
     if (kind == Stream::kClosed) return open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (kind == Stream::kBroken) {
+    if (kind == Stream::kBroken || kind == Stream::kStuck) {
       int ends[2];
-      if (pipe2(ends, O_CLOEXEC) != 0) return -1;
-      close(ends[0]);
+      if (pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0) return -1;
+      if (kind == Stream::kBroken) close(ends[0]);  // the other reading end stays open
+      while (kind == Stream::kStuck && write(ends[1], "\n", 1) == 1) {
+      }
+      fcntl(ends[1], F_SETFL, 0);
       return ends[1];
     }
     return memfd_create("stream", MFD_CLOEXEC);
@@ -137,6 +142,35 @@ double ProcessorSeconds(pid_t pid) {
   return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
+// Threads of the machine that run or wait to run, for each processor.
+double WaitingPerCore() {
+  std::string text;
+  std::ifstream file("/proc/loadavg");
+  for (int i = 0; i < 4; ++i) file >> text;  // "2/345" is the fourth
+  return std::atof(text.c_str()) / std::max(1u, std::thread::hardware_concurrency());
+}
+
+// Returns whether a process has a handler of the signal, or blocks it for a thread that waits.
+bool Catches(pid_t pid, int signal) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  unsigned long long caught = 0;
+  for (std::string line; std::getline(status, line);)
+    for (const char* masks : {"SigCgt:\t", "SigBlk:\t"})
+      if (line.rfind(masks, 0) == 0) caught |= std::stoull(line.substr(8), nullptr, 16);
+  return (caught >> (signal - 1) & 1) != 0;
+}
+
+std::string ThreadStates(pid_t pid) {
+  std::ostringstream text;
+  std::error_code ignored;
+  const std::string tasks = "/proc/" + std::to_string(pid) + "/task";
+  for (const auto& task : std::filesystem::directory_iterator(tasks, ignored))
+    for (const char* name : {"/wchan", "/stack", "/status"})
+      text << task.path().string() << name << ":\n"
+           << std::ifstream(task.path().string() + name).rdbuf() << "\n";
+  return text.str();
+}
+
 // Waits, sends what the request says, and ends what does not end by itself.
 class Watch {
  public:
@@ -151,6 +185,8 @@ class Watch {
       Act(outcome);
     }
     outcome->seconds = SecondsSince(start_);
+    if (signalled_at_ > 0) outcome->answer_seconds = outcome->seconds - signalled_at_;
+    if (polls_ > 0) outcome->waiting_per_core = waiting_ / polls_;
     return status;
   }
 
@@ -158,9 +194,19 @@ class Watch {
   void Act(Outcome* outcome) {
     const double seconds = SecondsSince(start_);
     const Limits& limits = request_.limits;
-    if (request_.signal.number != 0 && !signalled_ && seconds >= request_.signal.after) {
-      signalled_ = true;
-      kill(pid_, request_.signal.number);
+    const Signal& signal = request_.signal;
+    if (signalled_at_ > 0) {
+      waiting_ += WaitingPerCore();
+      ++polls_;
+      if (signal.patience > 0 && seconds - signalled_at_ > signal.patience && !outcome->hung) {
+        outcome->threads = ThreadStates(pid_);
+        outcome->hung = true;
+        kill(-pid_, SIGKILL);
+      }
+    } else if (signal.number != 0 && seconds >= signal.after) {
+      outcome->was_caught = Catches(pid_, signal.number);
+      signalled_at_ = SecondsSince(start_);
+      kill(pid_, signal.number);
     }
     if (!outcome->cancelled && seconds >= limits.seconds) {
       outcome->cancelled = true;
@@ -182,7 +228,8 @@ class Watch {
   pid_t pid_;
   const Request& request_;
   const Clock::time_point start_ = Clock::now();
-  bool signalled_ = false;
+  double signalled_at_ = 0.0, waiting_ = 0.0;
+  int polls_ = 0;
   double cancelled_at_ = 0.0, processor_then_ = 0.0;
 };
 
@@ -195,6 +242,7 @@ bool IsPlain(const std::string& text) {
 std::string RedirectText(const std::string& descriptor, Stream stream) {
   if (stream == Stream::kClosed) return " " + descriptor + ">&-";
   if (stream == Stream::kFull) return " " + descriptor + ">/dev/full";
+  if (stream == Stream::kStuck) return " " + descriptor + "> >(sleep 60)";
   return "";
 }
 
@@ -215,6 +263,9 @@ Outcome RunProgramIn(const std::string& folder, const Request& request) {
   setpgid(pid, pid);
   Outcome outcome;
   const int status = Watch(pid, request).Wait(&outcome);
+  // A child that the system ends with its parent takes a moment.
+  for (int i = 0; i < 50 && kill(-pid, 0) == 0; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   outcome.left_process = kill(-pid, SIGKILL) == 0 && !outcome.hung;
   if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);

@@ -16,7 +16,8 @@ enum class Stream {
   kFile,    // read back by the attack
   kClosed,  // no descriptor
   kFull,    // /dev/full, where each write fails
-  kBroken   // a pipe that nobody reads
+  kBroken,  // a pipe whose reader has gone
+  kStuck    // a full pipe that nobody reads
 };
 
 using test::kCanLimitMemory;
@@ -34,8 +35,9 @@ struct Limits {
 };
 
 struct Signal {
-  int number = 0;      // 0: none
-  double after = 0.0;  // [s]
+  int number = 0;         // 0: none
+  double after = 0.0;     // [s]
+  double patience = 0.0;  // from the signal until the program is killed [s]; 0: see Limits
 };
 
 struct Request {
@@ -54,6 +56,10 @@ struct Outcome {
   bool hung = false;          // it did not end then, and was killed
   bool left_process = false;  // a process of its group outlived it
   double seconds = 0.0;
+  bool was_caught = false;        // when the signal of the request came, the program handled it
+  double answer_seconds = 0.0;    // from the signal of the request to the end
+  double waiting_per_core = 0.0;  // threads of the machine that ran or waited to run meanwhile
+  std::string threads;            // what each thread did when it was killed
   std::string out, err;
 };
 
