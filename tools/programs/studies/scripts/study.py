@@ -8,8 +8,11 @@ folder of the study; what it prints is what the program says.
 import csv
 import json
 import math
+import os
 import pathlib
+import signal
 import sys
+import tempfile
 
 try:
     import matplotlib
@@ -129,9 +132,19 @@ def markdown(header, rows):
 
 
 def main(draw, name):
-    """Calls draw(study) for the folder of the command line."""
+    """Calls draw(study) for the folder of the command line, where its files appear together."""
     if len(sys.argv) != 2:
         sys.exit(f"usage: {name}.py FOLDER, which has {name}.json")
-    draw(Study(sys.argv[1], name))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    study = Study(sys.argv[1], name)
+    folder = study.folder
+    try:
+        with tempfile.TemporaryDirectory(prefix=".drapefit_", dir=folder) as staged:
+            study.folder = pathlib.Path(staged)
+            draw(study)
+            for file in study.folder.iterdir():
+                os.replace(file, folder / file.name)
+    except KeyboardInterrupt:
+        sys.exit(130)
     if pyplot is None:
         print("no pictures: python3-matplotlib is not installed")

@@ -2,7 +2,10 @@
 """The tree and the plane of a space of materials."""
 
 import pathlib
+import signal
+import subprocess
 import sys
+import tempfile
 import unittest
 
 import numpy as np
@@ -14,6 +17,32 @@ import space  # noqa: E402
 
 def distances(points):
     return np.linalg.norm(points[:, None] - points[None], axis=2)
+
+
+INTERRUPTED = """
+import study, time
+def draw(study):
+    study.write("table.md", "new")
+    print("drawing", flush=True)
+    time.sleep(9)
+study.main(draw, "space")
+"""
+
+
+class Files(unittest.TestCase):
+    def test_a_signal_leaves_the_earlier_files(self):
+        for number in signal.SIGINT, signal.SIGTERM:
+            with tempfile.TemporaryDirectory() as folder:
+                files = {"space.json": "{}", "table.md": "earlier"}
+                for name, text in files.items():
+                    (pathlib.Path(folder) / name).write_text(text)
+                with subprocess.Popen([sys.executable, "-c", INTERRUPTED, folder], cwd=SCRIPTS,
+                                      stdout=subprocess.PIPE) as script:
+                    script.stdout.readline()
+                    script.send_signal(number)
+                    self.assertEqual(script.wait(8), 130)
+                self.assertEqual({file.name: file.read_text()
+                                  for file in pathlib.Path(folder).iterdir()}, files)
 
 
 class Layout(unittest.TestCase):
