@@ -52,17 +52,36 @@ const char* ConventionName(Convention c) {
   return c == Convention::kMechanical ? "mechanical" : "arcsim";
 }
 
+// Notes a value that no fabric has, and the unit in which one would have it.
+void NoteUnlikeFabrics(const std::string& where, double value, const std::string& unit,
+                       double least, double most) {
+  if (value >= least && value <= most) return;
+  NoteInput(where,
+            Format("found %g %s, of fabrics expected %g … %g", value, unit.c_str(), least, most) +
+                UnitHint(value, unit, least, most));
+}
+
 double ReadDensity(const JsonInput& input) {
   constexpr double kLight = 0.01, kHeavy = 1.5;  // of fabrics
   const double density = input.Number();
-  const std::string hint = UnitHint(density, "kg/m2", kLight, kHeavy);
   if (density < kMinDensity || density > kMaxDensity)
-    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity) + hint);
-  if (density < kLight || density > kHeavy)
-    NoteInput(
-        input.Name(),
-        Format("found %g kg/m2, of fabrics expected %g … %g", density, kLight, kHeavy) + hint);
+    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity) +
+               UnitHint(density, "kg/m2", kLight, kHeavy));
+  NoteUnlikeFabrics(input.Name(), density, "kg/m2", kLight, kHeavy);
   return density;
+}
+
+// Notes tables in other units: the largest entry of each kind is unlike a fabric's.
+void NoteUnlikelyTables(const JsonInput& input, const MaterialField& field) {
+  double membrane = 0.0, rigidity = 0.0;
+  for (const StretchTable& table : field.stretch)
+    for (const auto& row : table.c)
+      for (const double entry : row) membrane = std::max(membrane, entry * kMembranePerEntry);
+  for (const BendTable& table : field.bend)
+    for (const auto& row : table.b)
+      for (const double entry : row) rigidity = std::max(rigidity, entry / kBendPerRigidity);
+  NoteUnlikeFabrics(input.Name() + ": largest stretching stiffness", membrane, "N/m", 1, 1e6);
+  NoteUnlikeFabrics(input.Name() + ": largest bending rigidity", rigidity, "N*m", 1e-9, 0.1);
 }
 
 // most: the largest size of the entry, in its unit.
@@ -131,6 +150,7 @@ class EntryReader {
     }
     material_.field.density = ReadDensity(input_.At("density"));
     RefuseNegatives();
+    NoteUnlikelyTables(input_, material_.field);
     return std::move(material_);
   }
 
@@ -386,6 +406,7 @@ Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolic
                                           1 / kBendPerRigidity, kMaxRigidity, policy);
   material.field.stretch = Nearest(stretch, faces, FaceCentres(mesh));
   material.field.bend = Nearest(bend, hinges, HingeCentres(mesh));
+  NoteUnlikelyTables(input, material.field);
   return material;
 }
 

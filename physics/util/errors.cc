@@ -15,12 +15,26 @@ struct Unit {
   std::string_view name, dimension;
   double size;  // in the first unit of its dimension
 };
-constexpr Unit kUnits[] = {{"m", "length", 1.0},           {"cm", "length", 1e-2},
-                           {"mm", "length", 1e-3},         {"inch", "length", 0.0254},
-                           {"kg/m2", "mass by area", 1.0}, {"g/m2", "mass by area", 1e-3},
-                           {"deg", "angle", 1.0},          {"rad", "angle", 57.29577951308232},
-                           {"px/m", "scale", 1.0},         {"px/cm", "scale", 1e2},
-                           {"px/mm", "scale", 1e3},        {"px/inch", "scale", 1.0 / 0.0254}};
+constexpr Unit kUnits[] = {{"m", "length", 1.0},
+                           {"cm", "length", 1e-2},
+                           {"mm", "length", 1e-3},
+                           {"inch", "length", 0.0254},
+                           {"kg/m2", "mass by area", 1.0},
+                           {"g/m2", "mass by area", 1e-3},
+                           {"deg", "angle", 1.0},
+                           {"rad", "angle", 57.29577951308232},
+                           {"px/m", "scale", 1.0},
+                           {"px/cm", "scale", 1e2},
+                           {"px/mm", "scale", 1e3},
+                           {"px/inch", "scale", 1.0 / 0.0254},
+                           {"N", "force", 1.0},
+                           {"gf", "force", 9.80665e-3},
+                           {"mN", "force", 1e-3},
+                           {"N/m", "tension", 1.0},
+                           {"gf/cm", "tension", 0.980665},
+                           {"kN/m", "tension", 1e3},
+                           {"N*m", "rigidity", 1.0},
+                           {"uN*m", "rigidity", 1e-6}};
 
 }  // namespace
 

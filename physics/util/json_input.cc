@@ -92,8 +92,7 @@ bool JsonInput::Has(const std::string& key) const {
 int JsonInput::Size() const { return static_cast<int>(value_.size()); }
 
 void JsonInput::Fail(const std::string& expected) const {
-  const std::string place = key_.empty() ? "" : std::string("key '").append(key_) + "': ";
-  throw InputError(where_, place + "found " + Describe(value_) + ", expected " + expected);
+  throw InputError(Name(), "found " + Describe(value_) + ", expected " + expected);
 }
 
 const JsonInput& JsonInput::ExpectObject() const {

@@ -28,7 +28,7 @@ class JsonInput {
   JsonInput(nlohmann::json&& temporary, std::string where, std::string key = "") = delete;
 
   const nlohmann::json& value() const { return value_; }
-  std::string Name() const { return where_ + ": key '" + key_ + "'"; }
+  std::string Name() const { return key_.empty() ? where_ : where_ + ": key '" + key_ + "'"; }
   bool Has(const std::string& key) const;  // whether the value is an object with that key
 
   // Members and elements. Throw InputError unless the value is an object with that key, or an array

@@ -91,7 +91,13 @@ LabMeasurement ReadLabMeasurement(const JsonInput& input, const std::string& pat
     measurement.points.push_back(ReadPoint(points.At(i), MeasurementForm(measurement.kind)));
   std::stable_sort(measurement.points.begin(), measurement.points.end(),
                    [](const LabPoint& a, const LabPoint& b) { return a.set < b.set; });
-  if (tensile) return measurement;
+  if (tensile) {
+    const LabPoint& last = measurement.points.back();
+    const double force = (last.reading - 1.0) * measurement.width;  // at a stiffness of 1 N/m
+    if (force > 0.0)
+      CheckUsual(points.Name() + ": largest force", last.set, "N", 2.0 * force, 1e5 * force);
+    return measurement;
+  }
   double steepest = 0.0;
   for (const LabPoint& point : measurement.points) steepest = std::max(steepest, point.reading);
   CheckUsual(points.Name() + ": largest angle", steepest, "deg", 2.0, 90.0);

@@ -53,6 +53,18 @@ class MaterialIo : public FileFixture {
   }
 };
 
+// The tables of the fixtures have rigidities of 1 to 15 N·m.
+TEST_F(MaterialIo, NotesTablesInOtherUnits) {
+  ::testing::internal::CaptureStderr();
+  Parse(Replaced(Ours("mechanical"), "14,15]", "14,15.5]"));
+  Parse(Replaced(Ours("mechanical"), "[[1,2,3,4],", "[[1,2,3,4e6],"));
+  const std::string notes = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(notes,
+              HasSubstr("m.json: largest bending rigidity: found 15.5 N*m, of fabrics expected "
+                        "1e-09 … 0.1; in uN*m it would be 1.55e-05 N*m"));
+  EXPECT_THAT(notes, HasSubstr("largest stretching stiffness: found 4e+06 N/m"));
+}
+
 TEST_F(MaterialIo, ReadsOurFormatInArcsimConvention) {
   const Material m = Parse(Ours("arcsim"));
   EXPECT_EQ(m.name, "n");

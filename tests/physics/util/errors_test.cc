@@ -18,6 +18,8 @@ TEST(UnitHint, NamesTheUnitsThatFit) {
   EXPECT_EQ(UnitHint(72, "px/m", 100, 5000), "; in px/inch it would be 2835 px/m");
   EXPECT_EQ(UnitHint(M_PI / 4, "deg", 2, 90), "; in rad it would be 45 deg");
   EXPECT_EQ(UnitHint(6, "m", 0.03, 0.2), "; in cm it would be 0.06, in inch it would be 0.1524 m");
+  EXPECT_EQ(UnitHint(500, "N", 0.1, 10), "; in gf it would be 4.903, in mN it would be 0.5 N");
+  EXPECT_EQ(UnitHint(8, "N*m", 1e-9, 0.1), "; in uN*m it would be 8e-06 N*m");
   EXPECT_EQ(UnitHint(3e5, "m", 0.1, 0.6), "");
   EXPECT_EQ(UnitHint(3, "furlong", 0, 1), "");
 }

@@ -90,6 +90,9 @@ TEST_F(LabMeasurementFile, OtherUnitsAreNamed) {
          "'direction': found 0.7854 deg, expected about 2 … 360 deg; in rad it would be 45 deg");
   expect(With(kTensile, "0.2,", "8,"), "key 'length': found 8 m");
   expect(With(kTensile, "0.05,", "5,"), "key 'width': found 5 m");
+  expect(With(kTensile, "5.0", "510"),
+         "key 'points': largest force: found 510 N, expected about 0.002 … 100 N; in gf it would "
+         "be 5.001, in mN it would be 0.51 N");
 }
 
 class FabMeasurementFile : public FileFixture {
