@@ -348,7 +348,7 @@ Dataset ReadDataset(const std::string& folder) {
     ReadFabrics(has_data ? data : root, &dataset);
     CountTrainingImages((has_data ? root : root / "..") / "bnn_image_gt", &dataset);
   } catch (const fs::filesystem_error& error) {
-    throw InputError(folder, std::string("cannot be listed: ") + error.what());
+    throw IoError(folder, std::string("cannot be listed: ") + error.what());
   }
   return dataset;
 }

@@ -9,11 +9,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -249,13 +246,6 @@ Picture DecodePng(const std::string& bytes, int channels, const std::string& whe
 }
 
 Picture ReadPicture(const std::string& path, int channels) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(path, "is a folder, expected a JPEG or PNG file");
-  }
-  errno = 0;
-  if (!std::ifstream(path, std::ios::binary))
-    throw InputError(path, std::string("cannot be read: ") + std::strerror(errno));
   const std::string text = ReadWholeFile(path);
   std::vector<uint8_t> bytes(text.begin(), text.end());
   if (bytes.empty()) throw InputError(path, "is empty, expected a JPEG or PNG file");

@@ -308,7 +308,7 @@ Material ReadOneFabric(const json& file, const std::string& path, const std::str
 Material ReadFile(const std::string& path, const MaterialPolicy& policy) {
   if (path == kBuiltInName) return ParseMaterial(kBuiltInFabric, kBuiltInName, policy);
   const auto [file, pick] = SplitMaterialPath(FindMaterialFile(path));
-  const json document = ReadJsonFile(file);
+  const json document = ParseJson(ReadWholeFile(file, pick.empty() ? "" : "#" + pick), file);
   if (document.is_object() && document.value("format", json()) == kMaterialFieldFormat)
     throw InputError(path,
                      "found a table for each element, expected one table for the fabric, as "

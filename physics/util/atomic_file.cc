@@ -115,14 +115,14 @@ int OpenRegular(const std::string& path, int flags) {
       open(path.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags, 0666);
   if (descriptor < 0 && errno == ENOENT && (flags & O_CREAT) == 0) return -1;
   if (descriptor < 0 && errno == ELOOP)
-    throw InputError(path, "is a link, expected a file or nothing");
+    throw IoError(path, "is a link, expected a file or nothing");
   if (descriptor < 0 && errno == EISDIR)
-    throw InputError(path, "is a folder, expected a file or nothing");
+    throw IoError(path, "is a folder, expected a file or nothing");
   if (descriptor < 0 && errno != ENXIO) throw IoError(path, "cannot be written" + Reason(errno));
   struct stat status = {};
   if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) return descriptor;
   if (descriptor >= 0) close(descriptor);
-  throw InputError(path, "is not a regular file, expected one or nothing");
+  throw IoError(path, "is not a regular file, expected one or nothing");
 }
 
 std::function<void(const std::string& path, std::string_view content)>& ReadObserver() {
@@ -148,7 +148,7 @@ void CheckReplaceable(const std::string& path) {
   CheckNameLength(path, fs::path(path).filename().string());
   std::error_code ignored;
   if (fs::is_directory(fs::symlink_status(path, ignored)))
-    throw InputError(path, "is a folder, expected a file or nothing");
+    throw IoError(path, "is a folder, expected a file or nothing");
   const TemporaryFile file(path);  // rights alone do not tell, as in /proc
 }
 
@@ -190,21 +190,14 @@ thread_local ReadRecord* read_record = nullptr;
 ReadRecord::ReadRecord() : outer_(std::exchange(read_record, this)) {}
 ReadRecord::~ReadRecord() { read_record = outer_; }
 
-void ReadRecord::Add(const std::string& path, std::string_view content) {
-  if (read_record == nullptr) return;
-  const File file = {path, Sha256(content)};
-  for (ReadRecord* record = read_record; record != nullptr; record = record->outer_) {
-    const auto is_same = [&](const File& one) {
-      return one.path == file.path && one.sha256 == file.sha256;
-    };
-    if (std::none_of(record->files_.begin(), record->files_.end(), is_same))
-      record->files_.push_back(file);
-  }
+void ReadRecord::Add(const File& file) {
+  for (ReadRecord* record = read_record; record != nullptr; record = record->outer_)
+    record->files_.push_back(file);
 }
 
-std::string ReadWholeFile(const std::string& path) {
+std::string ReadWholeFile(const std::string& path, const std::string& part) {
   std::string content = ReadOwnFile(path);
-  ReadRecord::Add(path, content);
+  if (read_record != nullptr) ReadRecord::Add({path, Sha256(content) + part});
   if (const auto& observer = ReadObserver()) observer(path, content);
   return content;
 }
@@ -214,6 +207,7 @@ std::string ReadOwnFile(const std::string& path) {
   if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
   if (fs::is_character_file(path)) throw InputError(path, "is a device, expected a file");
   constexpr std::size_t kLargest = std::size_t{1} << 30, kBlock = std::size_t{1} << 16;
+  errno = 0;
   std::ifstream in(path, std::ios::binary);
   std::string content;
   for (std::size_t read = kBlock; in && read == kBlock && content.size() <= kLargest;) {
@@ -223,7 +217,7 @@ std::string ReadOwnFile(const std::string& path) {
     read = static_cast<std::size_t>(in.gcount());
     content.resize(size + read);
   }
-  if (in.bad() || (!in.is_open())) throw IoError(path, "cannot read the file");
+  if (in.bad() || (!in.is_open())) throw IoError(path, "cannot read the file" + Reason(errno));
   if (content.size() > kLargest) throw InputError(path, "is larger than 1 GiB, expected less");
   return content;
 }

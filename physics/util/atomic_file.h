@@ -32,8 +32,9 @@ void WriteFileAtomically(const std::string& path, std::string_view content);
 // afterwards: who tries waits for the end.
 void AbandonTemporaries();
 
-// Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, no
-// file can be made in its folder, or its name is too long. To be called before long work.
+// Throws IoError when WriteFileAtomically cannot replace the path: a folder is in its place, or no
+// file can be made in its folder; InputError when its name is too long. To be called before long
+// work.
 void CheckReplaceable(const std::string& path);
 
 // Throws InputError when the name of a file, made of the name of the input `source`, is too long.
@@ -50,14 +51,14 @@ void RemoveTemporaries(const std::string& folder);
 class AppendFile {
  public:
   enum class Content { kKeep, kDrop };  // what the file had before
-  // Throws InputError where it cannot be opened; a link, which could lead to the file of somebody
+  // Throws IoError where it cannot be opened; a link, which could lead to the file of somebody
   // else, is refused like anything else that is not a regular file.
   AppendFile(const std::string& path, Content content);
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
   ~AppendFile();
 
-  // Throws the InputErrors of the constructor and leaves the file as it is.
+  // Throws the errors of the constructor and of CheckReplaceable and leaves the file as it is.
   static void Check(const std::string& path);
 
   // Returns false when the text cannot be written.
@@ -67,9 +68,10 @@ class AppendFile {
   int descriptor_;
 };
 
-// Returns the bytes of the file. Throws InputError when it is missing, unreadable, a folder, a
-// device, which may be endless, or larger than 1 GiB.
-std::string ReadWholeFile(const std::string& path);
+// Returns the bytes of the file. Throws InputError when it is missing, a folder, a device, which
+// may be endless, or larger than 1 GiB, and IoError when it cannot be read. part: what the caller
+// takes of it, such as "#felt", for the ReadRecord.
+std::string ReadWholeFile(const std::string& path, const std::string& part = {});
 
 // Reads a file that a run has written for itself or for its continuation. It is no input and is
 // not observed.
@@ -80,12 +82,13 @@ std::string ReadOwnFile(const std::string& path);
 // the inputs of a run. To be called while no other thread reads.
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer);
 
-// The files that this thread has read by ReadWholeFile since the object was made, each once, in the
-// order of their first reads. A record that is made within the life of another one fills both.
+// What this thread has read by ReadWholeFile since the object was made, in its order: a file that
+// is read twice is there twice, so that the list tells which file was read as what. A record that
+// is made within the life of another one fills both.
 class ReadRecord {
  public:
   struct File {
-    std::string path, sha256;
+    std::string path, sha256;  // with the part that was taken
   };
 
   ReadRecord();
@@ -96,8 +99,8 @@ class ReadRecord {
   const std::vector<File>& files() const { return files_; }
 
  private:
-  friend std::string ReadWholeFile(const std::string& path);
-  static void Add(const std::string& path, std::string_view content);
+  friend std::string ReadWholeFile(const std::string& path, const std::string& part);
+  static void Add(const File& file);
 
   ReadRecord* outer_;
   std::vector<File> files_;

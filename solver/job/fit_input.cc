@@ -23,7 +23,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "physics/util/math/sha256.h"
+#include "physics/util/options/names_file.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
@@ -462,6 +462,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
     throw InputError("images", "found some beside captures of a data set, expected one of both");
   CheckModel(spec, data);
   CheckCamera(spec.observation.camera, data);
+  const ReadRecord record;
   FitInput input;
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(data.lab_measurements);
@@ -486,13 +487,14 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (!measurements.empty())
     input.strips = std::make_unique<StripResiduals>(std::move(measurements), MakeLaw(spec.law));
   if (!input.problem.observations.empty()) MakeBackends(spec, &input);
+  input.files = record.files();
   return input;
 }
 
 std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input) {
   nlohmann::json key;
   const auto add = [&key]<class T>(const T& value, const Field& field) {
-    if (!field.in_key) return;
+    if (!field.in_key || NamesFile(value, field)) return;
     if constexpr (NamedEnum<T>) {
       key[field.key] = ToString(value);
     } else {
@@ -507,26 +509,24 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
                density, ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
-  for (const std::string* mesh : {&spec.mesh, &spec.search_mesh, &spec.coarse_mesh})
-    if (fs::is_regular_file(*mesh)) key["mesh_files"].push_back(Sha256(ReadOwnFile(*mesh)));
+  for (const ReadRecord::File& file : input.files) key["read_files"].push_back(file.sha256);
   key["discs"] = {input.discs.specimen, input.discs.support};
-  key["material"] = material;
   key["density"] = problem.material.density;
   key["stretch_table"] = problem.material.stretch[0].c;
   key["bend_table"] = problem.material.bend[0].b;
   for (const MaterialField& other : problem.other_materials)
     key["other_materials"].push_back({other.stretch[0].c, other.bend[0].b});
   for (const Observation& observation : problem.observations)
-    key["images"].push_back({observation.name, observation.radius});
+    key["images"].push_back(observation.radius);
   for (const Capture& c : captures)
     key["data"].push_back({c.fabric, c.sample, c.capture, ToString(source)});
   if (!input.strips) return key.dump();
   for (const LabMeasurement& measurement : input.strips->measurements()) {
     nlohmann::json points;
     for (const LabPoint& point : measurement.points) points.push_back({point.set, point.reading});
-    key["lab_measurements"].push_back({measurement.name, ToString(measurement.kind),
-                                       measurement.direction, measurement.length, measurement.width,
-                                       measurement.sigma, points});
+    key["lab_measurements"].push_back({ToString(measurement.kind), measurement.direction,
+                                       measurement.length, measurement.width, measurement.sigma,
+                                       points});
   }
   return key.dump();
 }

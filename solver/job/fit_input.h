@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "losses/dataset/dataset.h"
+#include "physics/util/atomic_file.h"
 #include "solver/job/fit_spec.h"
 
 namespace drape {
@@ -27,6 +28,7 @@ struct FitInput {
   std::unique_ptr<MaterialField> ground_truth;
   std::shared_ptr<const FabricPrior> prior;  // of spec.prior, where it is given
   std::vector<std::string> notes;
+  std::vector<ReadRecord::File> files;  // that were read
 };
 
 // The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those

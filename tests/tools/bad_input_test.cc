@@ -99,7 +99,7 @@ const BadInput kBadInputs[] = {
     {"StateOfAnotherMesh", "start", "s.json",
      [] { return std::string(R"({"x": [[0,0,0]], "v": [[0,0,0]]})"); }, "120"},
     {"UnknownStart", "start", "s.json", [] { return std::string("{}"); }, "start shape"},
-    {"NoImage", "image", "nothing.png", nullptr, "nothing.png: cannot be read"},
+    {"NoImage", "image", "nothing.png", nullptr, "nothing.png: no such file"},
     {"EmptyImage", "image", "a.png", [] { return std::string(); }, "a.png"},
     {"UnknownConfigKey", "config", "c.json", [] { return std::string(R"({"stpes": 3})"); },
      "unknown key 'stpes', allowed: mesh fabric"},

@@ -34,7 +34,7 @@ std::set<const OutputFolder*>& LiveFolders() {
 }
 
 [[noreturn]] void FailToWrite(const std::string& path, const std::string& reason) {
-  throw InputError(path, "cannot write to the output folder: " + reason);
+  throw IoError(path, "cannot write to the output folder: " + reason);
 }
 
 // Returns whether the entry is a leftover of a program that is gone. A running program holds the
@@ -125,7 +125,7 @@ void OutputFolder::Publish() const {
     names.push_back(file.path().filename().string());
     const std::string target = path_ + "/" + names.back();
     if (fs::is_directory(fs::symlink_status(target)))
-      throw InputError(target, "cannot replace the file: a folder is in its place");
+      throw IoError(target, "cannot replace the file: a folder is in its place");
   }
   std::sort(names.begin(), names.end());
   std::stable_partition(names.begin(), names.end(),
@@ -133,7 +133,7 @@ void OutputFolder::Publish() const {
   for (const std::string& name : names) {
     std::error_code error;
     fs::rename(Staged(name), path_ + "/" + name, error);
-    if (error) throw InputError(path_ + "/" + name, "cannot replace the file: " + error.message());
+    if (error) throw IoError(path_ + "/" + name, "cannot replace the file: " + error.message());
   }
   any_published = true;
 }

@@ -19,8 +19,9 @@ class OutputFolder {
 
   // Makes the folder if it is missing, locks it, removes the leftovers of programs that were
   // killed, and makes the hidden folder, before any work is done. `names`: files that the run will
-  // publish, or write to the folder meanwhile. Throws InputError when the folder cannot be made or
-  // written to, when another program writes to it, or when one of the files cannot be replaced.
+  // publish, or write to the folder meanwhile. Throws IoError when the folder cannot be made or
+  // written to or one of the files cannot be replaced, and InputError when another program writes
+  // to it.
   explicit OutputFolder(std::string path, const std::vector<std::string>& names = {},
                         Use use = Use::kAlone);
   OutputFolder(const OutputFolder&) = delete;
@@ -31,7 +32,7 @@ class OutputFolder {
   std::string Staged(const std::string& name) const { return staging_ + "/" + name; }
 
   // Moves all files into the folder, summary.json last. They replace older files of the same names;
-  // other files stay. Throws InputError; if a folder stands where a file should go, before anything
+  // other files stay. Throws IoError; if a folder stands where a file should go, before anything
   // is replaced.
   void Publish() const;
 

@@ -24,6 +24,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
 #include "physics/util/math/sha256.h"
+#include "physics/util/options/names_file.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 
@@ -67,16 +68,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kFrameRate = 25.0;  // [1/s]
 constexpr StoredFormat kCheckpoint = {"drapefit-garment-run", 3};
-
-bool IsPath(const std::string& value, const Field& field) {
-  return field.is_path &&
-         std::none_of(field.words.begin(), field.words.end(),
-                      [&](const std::string& word) { return value.starts_with(word); });
-}
-template <class T>
-bool IsPath(const T&, const Field&) {
-  return false;
-}
 
 // Whole numbers of steps in a frame and of frames in the time.
 void ChooseSteps(WearSpec* spec) {
@@ -230,7 +221,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
 nlohmann::json WearJob::Key(const MaterialField& material, int draw) const {
   nlohmann::json key = {{"draw", draw}, {"material", MaterialSum(material)}, {"files", read_sum_}};
   VisitFields(spec_, [&](const auto& value, const Field& field) {
-    if (field.in_key && !IsPath(value, field)) key[field.key] = value;
+    if (field.in_key && !NamesFile(value, field)) key[field.key] = value;
   });
   return key;
 }
@@ -326,7 +317,10 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
 
 GarmentResult WearJob::Run(const RunControl& control) const {
   control.Log("factorises on " + device_);
-  GarmentResult result{.spec = spec_, .device = device_};
+  GarmentResult result{.spec = spec_,
+                       .device = device_,
+                       .body_files = body_->num_files(),
+                       .body_rests_after = body_->rests_after()};
   result.runs.resize(spec_.draws);
   for (int draw = 0; draw < spec_.draws; ++draw) {
     if (spec_.draws > 1) result.runs[draw].name = Format("draw_%d", draw + 1);
@@ -363,7 +357,7 @@ GeometryCacheWriter::GeometryCacheWriter(std::string path, int num_points, int k
     WriteFileAtomically(path_, {reinterpret_cast<const char*>(&header), sizeof(header)});
   }
   descriptor_ = open(path_.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor_ < 0) throw InputError(path_, std::strerror(errno));
+  if (descriptor_ < 0) throw IoError(path_, std::strerror(errno));
   try {
     char bytes[sizeof(Header)];
     const ssize_t count = pread(descriptor_, bytes, sizeof(bytes), 0);
@@ -374,7 +368,7 @@ GeometryCacheWriter::GeometryCacheWriter(std::string path, int num_points, int k
                                      header.frames, header.points, kept_frames, num_points));
     WriteHeader();
     if (ftruncate(descriptor_, sizeof(Header) + kept_frames * FrameBytes(num_points)) != 0)
-      throw InputError(path_, std::strerror(errno));
+      throw IoError(path_, std::strerror(errno));
   } catch (...) {
     close(descriptor_);
     throw;
@@ -388,7 +382,7 @@ void GeometryCacheWriter::WriteAt(int64_t offset, const void* data, size_t size)
   while (size > 0) {
     const ssize_t written = pwrite(descriptor_, next, size, offset);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) throw InputError(path_, std::strerror(written < 0 ? errno : ENOSPC));
+    if (written <= 0) throw IoError(path_, std::strerror(written < 0 ? errno : ENOSPC));
     next += written;
     offset += written;
     size -= written;
@@ -426,6 +420,10 @@ Json WearSummary(const GarmentResult& result) {
   VisitFields(result.spec, [&](const auto& value, const Field& field) { json[field.key] = value; });
   json["frames_per_second"] = kFrameRate;
   json["backend"] = result.device;
+  if (result.body_files > 0) {
+    json["body_files"] = result.body_files;
+    json["body_rests_after_s"] = result.body_rests_after;
+  }
   json["runs"] = Json::array();
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
   return json;

@@ -22,14 +22,15 @@ namespace drape {
 class GeometryCacheWriter {
  public:
   // Begins a new file in place of any other, or, with kept_frames > 0, keeps the first frames of
-  // the file that an interrupted run has left and removes the others. Throws InputError when the
-  // file cannot be written, is a link, or has not so many frames of so many points.
+  // the file that an interrupted run has left and removes the others. Throws IoError when the file
+  // cannot be written or is a link, and InputError when it has not so many frames of so many
+  // points.
   GeometryCacheWriter(std::string path, int num_points, int kept_frames = 0);
   GeometryCacheWriter(const GeometryCacheWriter&) = delete;
   GeometryCacheWriter& operator=(const GeometryCacheWriter&) = delete;
   ~GeometryCacheWriter();
 
-  // x: [m], shape [3V], CHECKed. Throws InputError when the disk is full.
+  // x: [m], shape [3V], CHECKed. Throws IoError when the disk is full.
   void Append(const Eigen::VectorXd& x);
   int num_frames() const { return num_frames_; }
 
@@ -129,6 +130,8 @@ struct GarmentResult {
   bool cancelled = false;
   WearSpec spec = {};       // with the time step and the frames of the runs
   std::string device = {};  // of the factorisations, in words
+  int body_files = 0;       // Body::num_files
+  double body_rests_after = 0.0;
 };
 
 // The materials of the draws 0, 1, 2, … for a garment of this model.
@@ -138,7 +141,7 @@ using MaterialMaker =
 // Dresses the body in a garment. Writes garment.obj, garment.pc2, body.obj, body.pc2 and
 // checkpoint.json, of each draw in a folder of its own where there are several. A cancelled run can
 // be resumed: a checkpoint knows the run by the fields of its spec, by the material and by the
-// SHA-256 of each file that was read, not by a path. Throws InputError.
+// SHA-256 of each file that was read, not by a path. Throws InputError and IoError.
 GarmentResult RunWearJob(const WearSpec& spec, const WearRunOptions& options,
                          const MaterialMaker& make_materials, const RunControl& control);
 

@@ -13,9 +13,11 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/self_intersection.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 
@@ -103,6 +105,12 @@ std::string DescribeSetting(const ClothModel& model, const RolloutOptions& steps
                 steps.h);
 }
 
+// The contents of a mesh file stand for it.
+std::string DescribeMesh(const std::string& mesh) {
+  if (!std::filesystem::is_regular_file(mesh)) return mesh;
+  return "of SHA-256 " + Sha256(ReadOwnFile(mesh));
+}
+
 void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions& options,
                const std::string& setting) {
   const auto check = [&](const char* what, const std::string& found, const std::string& expected) {
@@ -110,7 +118,7 @@ void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions
       throw InputError(path, std::string("found a pool of ") + what + " " + found + ", expected " +
                                  expected + ": name another file, or remove this one");
   };
-  check("mesh", pool.mesh, options.mesh);
+  check("mesh", pool.mesh, DescribeMesh(options.mesh));
   check("seed", std::to_string(pool.seed), std::to_string(options.seed));
   check("setting", pool.setting, setting);
 }
@@ -256,7 +264,7 @@ DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunCo
                        DrapePool begun) {
   const ClothModel& model = backend.model();
   DrapePool pool = std::move(begun);
-  pool.mesh = options.mesh;
+  pool.mesh = DescribeMesh(options.mesh);
   pool.setting = DescribeSetting(model, options.settle.steps);
   pool.seed = options.seed;
   const int first = pool.simulated;
@@ -349,6 +357,7 @@ DrapePool ReadOrSimulatePool(const std::string& path, Backend& backend, const Po
   const int had = pool.simulated;
   if (had < options.drapes) pool = SimulatePool(backend, options, control, std::move(pool));
   if (pool.simulated > had) WritePool(path, pool);
+  if (pool.simulated > 0) ReadWholeFile(path);  // it is an input as it is now
   return pool;
 }
 

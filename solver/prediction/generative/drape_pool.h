@@ -119,7 +119,7 @@ struct PoolRound {
 };
 
 struct DrapePool {
-  std::string mesh;     // PoolOptions
+  std::string mesh;     // "disc:600", or "of SHA-256 …" of a file
   std::string setting;  // how it was simulated: "smooth law, contact none, 100 steps of 0.1 s"
   uint64_t seed = 0;
   int simulated = 0;  // with those that have no stable drape, or pass through themselves
@@ -132,7 +132,7 @@ struct DrapePool {
 };
 
 struct PoolOptions {
-  std::string mesh;  // its name in the pool; the backend has the mesh
+  std::string mesh;  // its name or file (ParseMeshSpec), which the backend has
   int drapes = 4096;
   uint64_t seed = 1;
   PoolRound from = {};  // its count is not used
@@ -154,8 +154,9 @@ void WritePool(const std::string& path, const DrapePool& pool);
 DrapePool ReadPool(const std::string& path);
 
 // The pool of a file with at least options.drapes: all that it has, or those that it lacks too,
-// which are added to the file, also as far as they are when they are cancelled. Throws InputError
-// where the file holds a pool of another mesh, setting or seed.
+// which are added to the file, also as far as they are when they are cancelled. For a ReadRecord
+// the file is read as it is at the end. Throws InputError where the file holds a pool of another
+// mesh, setting or seed.
 DrapePool ReadOrSimulatePool(const std::string& path, Backend& backend, const PoolOptions& options,
                              const RunControl& control);
 

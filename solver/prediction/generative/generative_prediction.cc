@@ -12,6 +12,7 @@
 #include <random>
 
 #include "losses/outline/outline.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
@@ -213,7 +214,7 @@ void WriteDistributionFit(const std::string& path, const DistributionFit& fit) {
 }
 
 DistributionFit ReadDistributionFit(const std::string& path) {
-  const nlohmann::json json = ReadStoredJson(path, kFitFormat);
+  const nlohmann::json json = ParseStoredJson(ReadWholeFile(path), path, kFitFormat);
   const JsonInput input(json, path);
   DistributionFit fit;
   fit.best = DistributionFromJson(input.At("best").value(), path + ": best");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/bench_study.h"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -188,6 +189,9 @@ class Bench {
     for (const BenchSetting& run : runs_) {
       StudyCell cell =
           CheckedCell(RunName(job_.work, run), json(ListAxes(run)), [&] { CheckRun(job_, run); });
+      cell.names = {{"material", MaterialLabel(run.material)},
+                    {"mesh", NameWithoutFolder(run.mesh)}};
+      cell.input.update({{"material", NameInKey(run.material)}, {"mesh", NameInKey(run.mesh)}});
       cell.work = GuessWork(run);
       if (job_.work != BenchWork::kFit) AddReference(run, &cell);
       study.cells.push_back(std::move(cell));
@@ -220,9 +224,11 @@ class Bench {
 
   // Adds the reference of a run, unless an earlier run has it, and its id to the run's key.
   void AddReference(const BenchSetting& run, StudyCell* cell) {
-    const std::string cloth = MaterialLabel(run.material) + " " + run.law + " " + run.model;
-    if (references_.empty() || references_.back().cells.front().name != "reference of " + cloth) {
-      references_.push_back(MakeReferenceStudy("reference of " + cloth, run));
+    const std::array cloth = {run.material, run.law, run.model};
+    if (references_.empty() || last_cloth_ != cloth) {
+      references_.push_back(MakeReferenceStudy(
+          "reference of " + MaterialLabel(run.material) + " " + run.law + " " + run.model, run));
+      last_cloth_ = cloth;
       cell->work += references_.back().cells.front().work;
     }
     cell->input["reference"] = CellId(references_.back(), 0);
@@ -232,13 +238,15 @@ class Bench {
   Study MakeReferenceStudy(const std::string& name, const BenchSetting& run) const {
     const ReferenceOptions& options = job_.reference;
     Study study = EmptyStudy("bench_reference");
-    study.settings = {{"drapefit", job_.settings.value("drapefit", "")},
-                      {"work", ToString(job_.work)}};
+    study.settings = {{"work", ToString(job_.work)}};
     study.cells = {CheckedCell(
         name,
-        {{"fine", NameWithoutFolder(options.fine)},
-         {"coarse", NameWithoutFolder(options.coarse)},
-         {"relax_mesh", NameWithoutFolder(options.relax_mesh)},
+        {{"material", NameInKey(run.material)},
+         {"law", run.law},
+         {"model", run.model},
+         {"fine", NameInKey(options.fine)},
+         {"coarse", NameInKey(options.coarse)},
+         {"relax_mesh", NameInKey(options.relax_mesh)},
          {"backend", run.backend}},
         [&] {
           ReadMaterial(run.material, {NegativeEntries::kWarn});
@@ -290,6 +298,7 @@ class Bench {
   const std::vector<BenchSetting> runs_;
   std::vector<std::string> folders_;       // of the files of each fit
   std::vector<Study> references_;          // of one cell each
+  std::array<std::string, 3> last_cloth_;  // of the last of these
   std::vector<std::size_t> reference_of_;  // each run
   // The reference of the run that is next, or why there is none.
   std::optional<std::size_t> found_;

@@ -127,12 +127,13 @@ Study MakeSpeedStudy(const SpeedJob& job) {
       for (const bool gradient : {false, true}) {
         const std::string part = gradient ? "gradient" : "forward";
         const std::string cloth = NameWithoutFolder(mesh);
-        study.cells.push_back(CheckedCell(cloth + ", batch " + std::to_string(batch) + ", " + part,
-                                          {{"mesh", cloth}, {"batch", batch}, {"part", part}}, [&] {
-                                            ReadMaterial(job.material,
-                                                         ReadingPolicy(MakeLaw(job.law)));
-                                            ParseMeshSpec(mesh);
-                                          }));
+        study.cells.push_back(
+            CheckedCell(cloth + ", batch " + std::to_string(batch) + ", " + part,
+                        {{"mesh", NameInKey(mesh)}, {"batch", batch}, {"part", part}}, [&] {
+                          ReadMaterial(job.material, ReadingPolicy(MakeLaw(job.law)));
+                          ParseMeshSpec(mesh);
+                        }));
+        study.cells.back().names["mesh"] = cloth;
         measurements.push_back({mesh, batch, gradient});
       }
   study.run = [job, measurements](std::size_t cell, const RunControl&) -> std::optional<json> {

@@ -224,10 +224,10 @@ void AddAsFitted(const std::vector<PredictedDrape>& drapes,
     (*numbers)[std::string(key) + "_as_fitted"] = all.at(key);
 }
 
-std::unique_ptr<Backend> MakeTaskBackend(const ExperimentTask& task) {
-  const auto model = std::make_shared<const ClothModel>(
-      ParseMeshSpec(task.fit.mesh), CusickScene(task.fit.contact), MakeLaw(task.fit.law));
-  return MakeBackend(task.fit.backend, model, task.fit.threads);
+std::unique_ptr<Backend> MakeFitBackend(const FitSpec& fit) {
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(fit.mesh),
+                                                        CusickScene(fit.contact), MakeLaw(fit.law));
+  return MakeBackend(fit.backend, model, fit.threads);
 }
 
 PredictionOptions MakeOptions(const ExperimentTask& task, const Backend& backend,
@@ -240,7 +240,7 @@ PredictionOptions MakeOptions(const ExperimentTask& task, const Backend& backend
 
 std::optional<json> LearnAndPredict(const ExperimentTask& task, const RunControl& control) {
   const Clock::time_point begin = Clock::now();
-  const auto backend = MakeTaskBackend(task);
+  const auto backend = MakeFitBackend(task.fit);
   const LearnedFabric learned = LearnFabric(*backend, *task.training, *task.learning, control);
   if (learned.cancelled) return {};
   const double learning_seconds = SecondsSince(begin);
@@ -268,7 +268,7 @@ std::optional<json> Predict(const ExperimentTask& task, const RunControl& contro
   const auto report = [&](double share, const char* stage) {
     control.Report(kShareOfFit + (1 - kShareOfFit) * share, stage);
   };
-  const auto backend = MakeTaskBackend(task);
+  const auto backend = MakeFitBackend(task.fit);
   PredictionOptions options = MakeOptions(task, *backend, control);
   const ClothModel& model = backend->model();
   const MaterialSource materials = MakeSpecimens(
@@ -390,7 +390,12 @@ PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSp
 
 // A cell with the files that the fit reads.
 StudyCell MakeCell(const SharedSplit& shared, const ComparedModel& model) {
-  StudyCell cell = CheckedCell(CellName(shared.fabric, model.name, shared.seed), {}, [&] {
+  const std::string name = CellName(shared.fabric, model.name, shared.seed);
+  json input = {{"cell", name}};
+  for (const auto& [side, captures] :
+       {std::pair{"train", &shared.split.train}, {"held_out", &shared.split.held_out}})
+    for (const Capture& capture : *captures) input[side].push_back(capture.Name());
+  StudyCell cell = CheckedCell(name, input, [&] {
     if (model.fit) ReadFitInput(model.ApplyTo(shared.fit), shared.data);
   });
   cell.files.insert(cell.files.end(), shared.files.begin(), shared.files.end());
@@ -451,6 +456,18 @@ struct Plan {
   const ComparedModel& FindModel(std::size_t cell) const { return models[cell % models.size()]; }
 };
 
+// Simulates what the pool lacks that the cells of the generative model learn from, and adds the
+// pool to what they read.
+void AddPool(const Plan& plan, Study* study, const RunControl& control) {
+  std::filesystem::create_directories(plan.job.out);
+  const LearningOptions& learning = plan.job.learning;
+  const ReadRecord record;
+  ReadOrSimulatePool(learning.pool_file, *MakeFitBackend(plan.job.fit), learning.pool, control);
+  for (std::size_t k = 0; k < study->cells.size(); ++k)
+    if (!plan.FindModel(k).fit)
+      for (const ReadRecord::File& file : record.files()) study->cells[k].files.push_back(file);
+}
+
 nlohmann::ordered_json Summarise(const Plan& plan, const StudyResult& result) {
   nlohmann::ordered_json file = {{"format", "drapefit-comparison"}, {"version", 2}};
   for (const ComparedModel& model : plan.models)
@@ -501,6 +518,7 @@ Comparison MakeComparison(const ComparisonJob& job, const RunControl& control) {
                      : MakeCell(plan->splits.back(), model));
     }
   }
+  if (!job.list && !plan->models.back().fit) AddPool(*plan, &comparison.study, control);
   comparison.study.run = [plan](std::size_t k, const RunControl& cell) {
     return RunCell(plan->job, plan->FindSplit(k), plan->FindModel(k), cell);
   };

@@ -303,12 +303,12 @@ Study MakeGradientStudy(std::vector<StudiedCloth> cloths, const GradientStudyOpt
     return RandomStart(*cloth.model, seed, kHemRms);
   };
   for (const StudiedCloth& cloth : *all)
-    add("difference steps, " + cloth.law, {{"part", "differences"}},
+    add("difference steps, " + cloth.law, {{"part", "differences"}, {"law", cloth.law}},
         [&cloth, start](const RunControl&) { return SweepSteps(cloth, start(cloth)); });
   for (const StudiedCloth& cloth : *all)
     for (const double h : options.time_steps)
       add("horizons, " + cloth.law + Format(", h = %g s", h),
-          {{"part", "horizons"}, {"h", h}, {"horizons", options.horizons}},
+          {{"part", "horizons"}, {"law", cloth.law}, {"h", h}, {"horizons", options.horizons}},
           [&cloth, start, h, horizons = options.horizons](const RunControl& control) {
             return CompareHorizons(cloth, start(cloth), h, horizons, control);
           });

@@ -177,11 +177,9 @@ class Problem {
       : options_(options),
         spec_(MakeSpec(options)),
         input_(ReadFitInput(spec_, image.data)),
-        key_(json::parse(CheckpointKey(spec_, image.data, input_))) {
-    key_.erase("material");  // a path
-  }
+        key_(CheckpointKey(spec_, image.data, input_)) {}
 
-  const json& key() const { return key_; }
+  const std::string& key() const { return key_; }
 
   // Nothing when it was cancelled.
   std::optional<json> Run(const Job& job, const std::atomic<bool>* cancel) {
@@ -264,7 +262,7 @@ class Problem {
   const OptimiserStudyOptions& options_;
   const FitSpec spec_;
   FitInput input_;
-  json key_;
+  const std::string key_;
   std::mutex mutex_;
   std::optional<FitCandidate> start_;  // without shapes where no guess settles into a stable drape
 };
@@ -340,11 +338,11 @@ Study MakeOptimiserStudy(const OptimiserStudyOptions& options) {
     if (!options.study.list) {
       cell = CheckedCell(image.name, {},
                          [&] { problems->push_back(std::make_unique<Problem>(options, image)); });
-      cell.input = {{"fit", Sha256(problems->back()->key().dump())}};
+      cell.input = {{"fit", Sha256(problems->back()->key())}};
     }
     for (const Job& job : jobs) {
       cell.name = RunName(image, job);
-      cell.input["problem"] = image.name + "_" + std::to_string(job.parameters);
+      cell.names["problem"] = image.name + "_" + std::to_string(job.parameters);
       cell.input["num_parameters"] = job.parameters;
       cell.input["method"] = job.method;
       cell.input["seed"] = job.seed;

@@ -15,6 +15,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/text_format.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_job.h"
@@ -30,6 +31,17 @@ FitData MakeData(const FitCellJob& job, const FitCell& cell) {
   data.material = job.material;
   UseCaptures(cell.captures, &data);
   return data;
+}
+
+// The SHA-256 of what a fit has left in its folder; empty where a file is missing. Another study in
+// the same folder may have replaced it.
+std::string SumOfFit(const std::string& folder) {
+  std::string bytes;
+  for (const char* name : {"/summary.json", "/posterior.json", "/base.json"}) {
+    if (!fs::exists(folder + name)) return "";
+    bytes += ReadOwnFile(folder + name);
+  }
+  return Sha256(bytes);
 }
 
 json Failure(const std::string& reason) { return {{"failure", reason}}; }
@@ -52,12 +64,14 @@ std::optional<json> FitOne(const FitCellJob& job, const FitCell& cell, const Run
   } catch (const InputError& error) {
     return Failure(error.what());
   }
-  return json{{"folder", cell.name}};
+  return json{{"folder", cell.name}, {"sha256", SumOfFit(folder)}};
 }
 
 // A cell with the files that the fit reads, up to the one that it refuses.
 StudyCell MakeStudyCell(const FitCellJob& job, const FitCell& cell) {
-  return CheckedCell(cell.name, {}, [&] {
+  json input = {{"cell", cell.name}};
+  for (const Capture& capture : cell.captures) input["captures"].push_back(capture.Name());
+  return CheckedCell(cell.name, input, [&] {
     try {
       ReadFitInput(job.fit, MakeData(job, cell));
     } catch (const InputError&) {
@@ -215,6 +229,10 @@ FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
   for (const FitCell& cell : cells)
     study.cells.push_back(job.study.list ? StudyCell{.name = cell.name} : MakeStudyCell(job, cell));
   study.run = [&](std::size_t k, const RunControl& part) { return FitOne(job, cells[k], part); };
+  study.is_whole = [&](std::size_t k, const json& result) {
+    return result.contains("failure") ||
+           result.at("sha256") == SumOfFit(job.study.out + "/" + cells[k].name);
+  };
   FitCellRun run;
   run.study = RunStudy(study, job.study, control);
   for (std::size_t k = 0; k < run.study.results.size(); ++k) {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <filesystem>
 #include <mutex>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/sha256.h"
+#include "physics/util/stored/build.h"
 #include "physics/util/stored/stored_json.h"
 
 namespace drape {
@@ -20,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr StoredFormat kStudyCellFormat = {"drapefit-cell", 2};
+constexpr StoredFormat kStudyCellFormat = {"drapefit-cell", 3};
 
 struct Share {
   std::size_t index = 0, count = 1;
@@ -57,8 +59,9 @@ json Sums(const std::vector<ReadRecord::File>& files) {
 }
 
 json MakeKey(const Study& study, const StudyCell& cell) {
-  return {{"study", study.name}, {"settings", study.settings}, {"cell", cell.name},
-          {"input", cell.input}, {"files", Sums(study.files)}, {"cell_files", Sums(cell.files)}};
+  return {{"drapefit", BuildVersion()}, {"study", study.name},
+          {"settings", study.settings}, {"input", cell.input},
+          {"files", Sums(study.files)}, {"cell_files", Sums(cell.files)}};
 }
 
 std::string Id(const json& key) { return Sha256(key.dump()).substr(0, 32); }
@@ -77,6 +80,7 @@ class StudyRun {
 
   StudyResult Run() {
     if (options_.list) return List();
+    CheckNames();
     MakeFolder();
     TakeOver();
     if (options_.processes)
@@ -94,6 +98,14 @@ class StudyRun {
     for (std::size_t k = 0; k < study_.cells.size(); ++k)
       if (share_.Has(k)) result_.text += study_.cells[k].name + "\n";
     return std::move(result_);
+  }
+
+  void CheckNames() const {
+    std::set<std::string> names;
+    for (const StudyCell& cell : study_.cells)
+      if (!names.insert(cell.name).second)
+        throw InputError("cell '" + cell.name + "'",
+                         "is there twice, expected files of different names");
   }
 
   void MakeFolder() const {
@@ -117,32 +129,42 @@ class StudyRun {
     result_.results.resize(study_.cells.size());
     for (std::size_t k = 0; k < study_.cells.size(); ++k) {
       if (!share_.Has(k)) continue;
-      result_.results[k] = Read(MakeKey(study_, study_.cells[k]));
-      if (result_.results[k]) continue;
+      std::optional<json> found = Read(MakeKey(study_, study_.cells[k]));
+      if (found && (!study_.is_whole || study_.is_whole(k, *found))) {
+        result_.results[k] = std::move(found);
+        continue;
+      }
       todo_.push_back(k);
       all_work_ += study_.cells[k].work;
     }
   }
 
-  // Refuses a file that the key does not know, such as one that was changed meanwhile. Files below
-  // the folder of the study are its own results.
+  // Refuses a file that the key does not know, such as one that was changed meanwhile. Further
+  // files below the folder of the study are its own results.
   void CheckReads(const StudyCell& cell, const std::vector<ReadRecord::File>& files) const {
-    const auto is_known = [](const std::vector<ReadRecord::File>& known, const std::string& sum) {
-      return std::any_of(known.begin(), known.end(),
-                         [&](const ReadRecord::File& file) { return file.sha256 == sum; });
+    const auto knows = [&](const auto& is_same) {
+      return std::any_of(study_.files.begin(), study_.files.end(), is_same) ||
+             std::any_of(cell.files.begin(), cell.files.end(), is_same);
     };
-    for (const ReadRecord::File& file : files)
-      if (!file.path.starts_with(options_.out + "/") && !is_known(study_.files, file.sha256) &&
-          !is_known(cell.files, file.sha256))
+    for (const ReadRecord::File& file : files) {
+      const bool is_own =
+          file.path.starts_with(options_.out + "/") &&
+          !knows([&](const ReadRecord::File& known) { return known.path == file.path; });
+      if (!is_own &&
+          !knows([&](const ReadRecord::File& known) { return known.sha256 == file.sha256; }))
         throw InputError(file.path, "was read by '" + cell.name +
                                         "' and is not as it was when the study began, expected the "
                                         "input files to stay as they are");
+    }
   }
 
   std::optional<json> RunCell(std::size_t k) const {
     const ReadRecord record;
     std::optional<json> result = study_.run(k, {.cancel = control_.cancel});
     CheckReads(study_.cells[k], record.files());
+    if (result && HasFailed(*result))  // of what the cell says, not of a file that is gone
+      for (const ReadRecord::File& file : study_.cells[k].files)
+        if (!fs::exists(file.path)) throw IoError(file.path, "no such file any more");
     return result;
   }
 
@@ -203,7 +225,7 @@ class StudyRun {
 StudyCell CheckedCell(std::string name, json input, const std::function<void()>& check) {
   const ReadRecord record;
   check();
-  return {std::move(name), std::move(input), record.files()};
+  return {.name = std::move(name), .input = std::move(input), .files = record.files()};
 }
 
 std::string CellId(const Study& study, std::size_t cell) {
@@ -211,6 +233,11 @@ std::string CellId(const Study& study, std::size_t cell) {
 }
 
 std::string NameWithoutFolder(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+std::string NameInKey(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path.substr(0, path.rfind('#')), ignored) ? "file" : path;
+}
 
 void CheckShare(const StudyOptions& options) { ParseShare(options.share); }
 

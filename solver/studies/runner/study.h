@@ -14,16 +14,17 @@
 namespace drape {
 
 // A study is a list of independent runs, its cells. Its folder OUT keeps each finished cell as
-// OUT/cells/<id>.json, a file {key, result}. The key holds whatever the result depends on: the name
-// and the input of the cell, the settings of the study, and the SHA-256 of each file that was read.
-// It holds no path. So the same command continues a study that was stopped, on this machine or on
-// others, and never takes over a cell of changed inputs.
+// OUT/cells/<id>.json, a file {key, result}. The key holds whatever the result depends on: the
+// version of drapefit, the settings of the study, the input of the cell, and the SHA-256 of each
+// file that was read. It holds no path and no name of a file. So the same command continues a study
+// that was stopped, on this machine or on others, and never takes over a cell of changed inputs.
 
 struct StudyCell {
-  std::string name;                          // "step time_step=0.1": one line, for a person
-  nlohmann::json input = {};                 // what this cell adds to the settings of the study
-  std::vector<ReadRecord::File> files = {};  // those that it reads beside Study::files
-  double work = 1.0;                         // its share of the time, in any unit
+  std::string name;           // "step time_step=0.1": one line, for a person
+  nlohmann::json input = {};  // what this cell adds to the settings, and no other cell has
+  nlohmann::json names = nlohmann::json::object();  // of its files, beside the input, for a person
+  std::vector<ReadRecord::File> files = {};         // those that it reads beside Study::files
+  double work = 1.0;                                // its share of the time, in any unit
 };
 
 // Makes a cell and records the files that `check` reads: `check` reads all files that the run of
@@ -44,6 +45,9 @@ struct Study {                   // NOLINT(bugprone-exception-escape)
   // neither is ever stored. May be called by several threads at once.
   std::function<std::optional<nlohmann::json>(std::size_t cell, const RunControl& control)> run =
       {};
+  // Where given, returns whether what a finished cell has beside its stored result is still its
+  // own; where it is not, the cell runs again.
+  std::function<bool(std::size_t cell, const nlohmann::json& result)> is_whole = {};
 };
 
 // What a user of a study asks for.
@@ -68,17 +72,20 @@ struct StudyResult {
 // The 32 digits that name the files of a cell, a hash of its key.
 std::string CellId(const Study& study, std::size_t cell);
 
-// The name of a file without its folder, as settings may hold it: "wool.json" of "a/wool.json",
-// "bank.json#felt" of "a/bank.json#felt", and "disc:300" of itself.
+// The name of a file without its folder: "wool.json" of "a/wool.json", "bank.json#felt" of
+// "a/bank.json#felt", and "disc:300" of itself.
 std::string NameWithoutFolder(const std::string& path);
+
+// The same for a key, where contents stand for a file: "file" of the first two.
+std::string NameInKey(const std::string& path);
 
 // Throws InputError for a share that cannot be.
 void CheckShare(const StudyOptions& options);
 
 // Lists the cells, or takes finished cells over and runs and stores the missing ones. Several
-// processes may run shares in one folder at the same time. Throws InputError for a cell file that
-// is damaged and where an input changes while the study runs, and IoError where a result cannot be
-// written; finished cells are kept.
+// processes may run shares in one folder at the same time. Throws InputError for two cells of one
+// name, for a cell file that is damaged and where an input changes while the study runs, and
+// IoError where a result cannot be written; finished cells are kept.
 StudyResult RunStudy(const Study& study, const StudyOptions& options, const RunControl& control);
 
 }  // namespace drape

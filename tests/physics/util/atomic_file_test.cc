@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -60,7 +61,7 @@ TEST_F(AtomicFile, ReplacesALinkAndLeavesWhereItLeads) {
 
 TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
   std::filesystem::create_directory(Path("folder"));
-  EXPECT_INPUT_ERROR(CheckReplaceable(Path("folder")), "folder: is a folder");
+  EXPECT_IO_ERROR(CheckReplaceable(Path("folder")), "folder: is a folder");
   EXPECT_IO_ERROR(CheckReplaceable(Path("absent/a.txt")), "No such file or directory");
   EXPECT_INPUT_ERROR(CheckReplaceable(Path(std::string(256, 'a'))),
                      "256 bytes for a file, expected at most");
@@ -110,11 +111,11 @@ TEST_F(AtomicFile, GrowsAndIsNoLink) {
   std::filesystem::create_directory(Path("folder"));
   ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
   for (const auto content : {AppendFile::Content::kKeep, AppendFile::Content::kDrop}) {
-    EXPECT_INPUT_ERROR(AppendFile(Path("link"), content), "link: is a link");
-    EXPECT_INPUT_ERROR(AppendFile(Path("folder"), content), "folder: is a folder");
-    EXPECT_INPUT_ERROR(AppendFile(Path("pipe"), content), "pipe: ");
+    EXPECT_IO_ERROR(AppendFile(Path("link"), content), "link: is a link");
+    EXPECT_IO_ERROR(AppendFile(Path("folder"), content), "folder: is a folder");
+    EXPECT_IO_ERROR(AppendFile(Path("pipe"), content), "pipe: ");
   }
-  EXPECT_INPUT_ERROR(AppendFile::Check(Path("link")), "is a link");
+  EXPECT_IO_ERROR(AppendFile::Check(Path("link")), "is a link");
   EXPECT_IO_ERROR(AppendFile::Check(Path("absent/a.log")), "absent/a.log");
   AppendFile::Check(Path("new"));
   EXPECT_EQ(Read(victim), "theirs");
@@ -128,6 +129,21 @@ TEST_F(AtomicFile, ReadsEmptyAndBinaryFilesWhole) {
   EXPECT_INPUT_ERROR(ReadWholeFile(Path("absent")), "absent: no such file");
   EXPECT_INPUT_ERROR(ReadWholeFile("/dev/zero"), "/dev/zero: is a device, expected a file");
   EXPECT_INPUT_ERROR(ReadWholeFile(Path("")), "is a folder, expected a file");
+}
+
+// Two roles of two files differ, and so do two parts of one file.
+TEST_F(AtomicFile, RecordsEachReadInItsOrder) {
+  const std::string a = Write("a", "1"), b = Write("b", "2");
+  const auto sums = [](const std::vector<std::array<std::string, 2>>& reads) {
+    const ReadRecord record;
+    for (const auto& [path, part] : reads) ReadWholeFile(path, part);
+    std::vector<std::string> sums;
+    for (const ReadRecord::File& file : record.files()) sums.push_back(file.sha256);
+    return sums;
+  };
+  EXPECT_NE(sums({{a}, {a}, {b}}), sums({{a}, {b}, {b}}));
+  EXPECT_EQ(sums({{a}, {Write("copy", "1")}}), sums({{a}, {a}}));
+  EXPECT_NE(sums({{a, "#felt"}}), sums({{a, "#silk"}}));
 }
 
 TEST(AppendNumber, ReadsBackBitForBit) {

@@ -195,5 +195,28 @@ TEST_F(FitCapturesTest, AnotherCaptureOrSourceIsAnotherJob) {
   EXPECT_NE(CheckpointKey(spec, data, input), key);
 }
 
+// A path is no part of the job, but what was read from it is.
+TEST(CheckpointKeyTest, ContentsStandForAFile) {
+  FitSpec spec;
+  FitData data;
+  FitInput input;
+  input.problem.material = {0.1, {StretchTable{}}, {BendTable{}}};
+  spec.mesh = "a/cloth.obj";
+  data.material = "a/wool.json";
+  input.files = {{"a/cloth.obj", "1"}, {"a/wool.json", "2"}};
+  const std::string key = CheckpointKey(spec, data, input);
+  spec.mesh = "b/other.obj";
+  data.material = "b/other.json";
+  input.files = {{"b/other.obj", "1"}, {"b/other.json", "2"}};
+  EXPECT_EQ(CheckpointKey(spec, data, input), key);
+  input.files[0].sha256 = "3";
+  EXPECT_NE(CheckpointKey(spec, data, input), key);
+  spec.mesh = "disc:300";
+  input.files.clear();
+  const std::string disc = CheckpointKey(spec, data, input);
+  spec.mesh = "disc:400";
+  EXPECT_NE(CheckpointKey(spec, data, input), disc);
+}
+
 }  // namespace
 }  // namespace drape

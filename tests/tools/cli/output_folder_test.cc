@@ -10,6 +10,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -125,13 +126,13 @@ TEST_F(OutputFolders, FindAFolderInPlaceOfAFileBeforeTheyReplaceAny) {
   std::filesystem::create_directory(Path("z.png"));
   const OutputFolder out(Path(""));
   for (const char* name : {"a.json", "z.png"}) WriteFileAtomically(out.Staged(name), "new");
-  EXPECT_INPUT_ERROR(out.Publish(), "z.png: cannot replace the file");
+  EXPECT_IO_ERROR(out.Publish(), "z.png: cannot replace the file");
   EXPECT_EQ(Read(Path("a.json")), "earlier");
 }
 
 TEST_F(OutputFolders, FindAFolderInPlaceOfANamedFileAtOnce) {
   std::filesystem::create_directories(Path("z.png"));
-  EXPECT_INPUT_ERROR(OutputFolder(Path(""), {"a.json", "z.png"}), "z.png: is a folder");
+  EXPECT_IO_ERROR(OutputFolder(Path(""), {"a.json", "z.png"}), "z.png: is a folder");
   EXPECT_EQ(Names(), Set({"z.png"}));
   const OutputFolder out(Path(""), {"a.json"});  // it is free
 }

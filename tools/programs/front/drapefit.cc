@@ -12,8 +12,10 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "losses/camera/camera.h"
@@ -116,7 +118,7 @@ struct ShortWayOptions {
   std::string out;                  // empty: out/<name of the picture>
 };
 
-constexpr StoredFormat kStepsFormat = {"drapefit-steps", 2};
+constexpr StoredFormat kStepsFormat = {"drapefit-steps", 3};
 constexpr double kGramsPerKilogram = 1000.0;
 
 struct Step {
@@ -137,7 +139,7 @@ std::string FindConfigs(const std::string& folder) {
 
 // The steps that make sense for the picture and the programs that are here.
 std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& folder,
-                            const std::string& out) {
+                            const std::string& config, const std::string& out) {
   const std::string picture = options.operands[0];
   const bool silhouette = options.picture == "silhouette" ||
                           (options.picture == "auto" && IsSilhouette(ReadImage(picture)));
@@ -151,9 +153,6 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   if (!ruler.empty()) scale.push_back(ruler);
   std::vector<Step> steps;
   Step fit = {"fit", {}, out + "/fit/summary.json"};
-  const std::string config = options.fit_config.empty()
-                                 ? FindConfigs(folder) + "/programs/fit_bayes.json"
-                                 : options.fit_config;
   fit.arguments = {"--config=" + config, "--images=" + picture};
   if (!silhouette) {
     if (!HasProgram(folder, "photo"))
@@ -192,54 +191,82 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   return steps;
 }
 
-// Returns whether all files that a step had read, by its summary, are unchanged.
-bool HasSameInputs(const std::string& summary_path) try {
-  const json summary = json::parse(ReadWholeFile(summary_path));
-  for (const char* list : {"configs", "inputs"})
-    for (const json& file : summary.at("provenance").at(list))
-      if (Sha256(ReadWholeFile(file.at("path"))) != file.at("sha256").get<std::string>())
-        return false;
-  return true;
-} catch (const std::exception&) {  // no summary, or a file is gone
-  return false;
-}
-
-// steps.json of an output folder: its picture and, of each step, its key and whether it has ended.
+// steps.json of an output folder: its picture and, of each step, its key and the SHA-256 of its
+// result, once it has ended. A key is the command with the contents of files for their paths, so
+// that picture, config and folder may move.
 class StepRecord {
  public:
-  // Throws InputError where the folder has results of another picture.
-  StepRecord(const std::string& out, const json& picture) : path_(out + "/steps.json") {
+  // files: the picture and the config. Throws InputError where the folder has results of another
+  // picture.
+  StepRecord(std::string out, const std::vector<std::string>& files)
+      : out_(std::move(out)), path_(out_ + "/steps.json") {
+    for (const std::string& file : files) sums_[file] = Sha256(ReadWholeFile(file));
     CheckReplaceable(path_);
     try {
       if (fs::exists(path_)) record_ = ReadStoredJson(path_, kStepsFormat);
     } catch (const InputError&) {  // damaged, or of another version: the steps are run again
     }
+    const json picture = {{"path", MakeUtf8(files[0])}, {"sha256", sums_.at(files[0])}};
     const json earlier = record_.value("picture", picture);
     if (earlier["sha256"] != picture["sha256"])
-      throw InputError(out, "holds the results of another picture, " +
-                                earlier["path"].get<std::string>() +
-                                "; choose another folder with --out, or remove this one");
-    record_["picture"] = picture;
+      throw InputError(out_, "holds the results of another picture, " +
+                                 earlier["path"].get<std::string>() +
+                                 "; choose another folder with --out, or remove this one");
+    earlier_out_ = record_.value("out", MakeUtf8(out_));
+    record_.update({{"picture", picture}, {"out", MakeUtf8(out_)}});
   }
 
+  std::string Key(const Step& step, const Step* before) const {
+    std::string key = step.verb + " " + BuildCommit();
+    for (const std::string& argument : step.arguments) {
+      const std::size_t value = argument.starts_with("--") ? argument.find('=') + 1 : 0;
+      const std::string path = argument.substr(value);
+      const auto file = sums_.find(path);
+      key += " " + argument.substr(0, value) +
+             (file != sums_.end()            ? file->second
+              : path.starts_with(out_ + "/") ? path.substr(out_.size())
+                                             : MakeUtf8(path));
+    }
+    return before == nullptr ? key : key + " " + SumOfResult(*before);
+  }
   bool HasDone(const Step& step, const std::string& key) const {
-    return Is(step, key, true) && fs::exists(step.result) &&
+    return record_.value(step.verb, json()) == json{{"key", key}, {"result", SumOfResult(step)}} &&
            (!step.result.ends_with("/summary.json") || HasSameInputs(step.result));
   }
   bool WasStopped(const Step& step, const std::string& key) const {
-    return step.verb == "fit" && Is(step, key, false);
+    return step.verb == "fit" && fs::exists(out_ + "/fit/checkpoint.json") &&
+           record_.value(step.verb, json()) == json{{"key", key}, {"result", nullptr}};
   }
   void Set(const Step& step, const std::string& key, bool done) {
-    record_[step.verb] = {{"key", key}, {"done", done}};
+    record_[step.verb] = {{"key", key}, {"result", done ? json(SumOfResult(step)) : json()}};
     WriteStoredJson(path_, kStepsFormat, record_, 2);
   }
 
  private:
-  bool Is(const Step& step, const std::string& key, bool done) const {
-    return record_.value(step.verb, json()) == json{{"key", key}, {"done", done}};
+  static std::string SumOfResult(const Step& step) {
+    return fs::exists(step.result) ? Sha256(ReadWholeFile(step.result)) : "none";
   }
 
-  std::string path_;
+  // Returns whether all files that a step had read, by its summary, are unchanged.
+  bool HasSameInputs(const std::string& summary_path) const try {
+    const json summary = json::parse(ReadWholeFile(summary_path));
+    for (const char* list : {"configs", "inputs"})
+      for (const json& file : summary.at("provenance").at(list)) {
+        const std::string path = file.at("path"), sum = file.at("sha256");
+        const bool is_own = path.starts_with(earlier_out_ + "/");
+        const bool is_here = std::any_of(sums_.begin(), sums_.end(),
+                                         [&](const auto& here) { return here.second == sum; });
+        if (!is_here &&
+            sum != Sha256(ReadWholeFile(is_own ? out_ + path.substr(earlier_out_.size()) : path)))
+          return false;
+      }
+    return true;
+  } catch (const std::exception&) {  // no summary, or a file is gone
+    return false;
+  }
+
+  std::string out_, path_, earlier_out_;
+  std::map<std::string, std::string> sums_;  // of picture and config
   json record_ = json::object();
 };
 
@@ -289,7 +316,7 @@ int RunAttached(std::vector<std::string> command) {
   if (interrupted) return kExitCancelled;
   pid_t child = 0;
   const int error = posix_spawn(&child, words[0], nullptr, nullptr, words.data(), environ);
-  if (error != 0) throw InputError(command[0], std::string("cannot be run: ") + strerror(error));
+  if (error != 0) throw IoError(command[0], std::string("cannot be run: ") + strerror(error));
   running_child = child;
   if (interrupted) kill(child, SIGTERM);  // the signal came before there was a process to get it
   int status = 0;
@@ -380,32 +407,34 @@ OptionTable ShortWayTable(ShortWayOptions& options, const std::string& verbs) {
 // command of each. Stops at the first step that fails and returns its exit code. `folder`: where
 // the programs are (ProgramFolder). steps.json in the output folder records the picture and what is
 // done: a step is done when it has ended with the same command, build and contents of its inputs.
-// Throws InputError for bad options, and for a folder with results of another picture.
+// Throws InputError for bad options, and for a folder with results of another picture, and IoError.
 int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
   Check(options);
   const std::string picture = options.operands[0];
   const std::string out =
       options.out.empty() ? "out/" + fs::path(picture).stem().string() : options.out;
-  const std::vector<Step> steps = PlanSteps(options, folder, out);
+  const std::string config = options.fit_config.empty()
+                                 ? FindConfigs(folder) + "/programs/fit_bayes.json"
+                                 : options.fit_config;
+  const std::vector<Step> steps = PlanSteps(options, folder, config, out);
   std::error_code error;
   fs::create_directories(out, error);
-  if (error) throw InputError(out, "cannot be made: " + error.message());
-  StepRecord record(out, {{"path", MakeUtf8(picture)}, {"sha256", Sha256(ReadWholeFile(picture))}});
-  bool run_all = false;  // what follows a step that was run again is run again
+  if (error) throw IoError(out, "cannot be made: " + error.message());
+  StepRecord record(out, {picture, config});
+  const Step* before = nullptr;
   for (const Step& step : steps) {
-    std::string key = MakeUtf8(CommandText(step) + " # " + BuildCommit());
-    if (step.verb == "fit" && !options.fit_config.empty())
-      key += " " + Sha256(ReadWholeFile(options.fit_config));
-    if (!run_all && record.HasDone(step, key)) {
+    const std::string key = record.Key(step, std::exchange(before, &step));
+    if (record.HasDone(step, key)) {
       std::printf("drapefit: done before: %s\n", CommandText(step).c_str());
       continue;
     }
-    run_all = true;
     Step now = step;
-    if (record.WasStopped(step, key) && fs::exists(out + "/fit/checkpoint.json"))
-      now.arguments.push_back("--resume");
+    if (record.WasStopped(step, key)) now.arguments.push_back("--resume");
     record.Set(step, key, false);
-    if (const int code = RunStep(now, folder); code != 0) return code;
+    int code = RunStep(now, folder);
+    if (code == kExitBadInput && now.arguments.size() > step.arguments.size())
+      code = RunStep(step, folder);  // an input has changed since it was stopped
+    if (code != 0) return code;
     record.Set(step, key, true);
   }
   std::printf("drapefit: see %s\n", MakePrintable(steps.back().result).c_str());

@@ -82,7 +82,10 @@ std::string GarmentText(const GarmentResult& result) {
                    run.vertices, run.wear.frames, 1e3 * run.smallest_gap,
                    100.0 * run.largest_stretch, run.body_intersections, run.self_intersections,
                    100.0 * run.hem_height, run.seconds / std::max(1, run.wear.frames - 1));
-  return text;
+  if (result.body_files == 0) return text;
+  text += Format("body: %d files, which last %.2f s", result.body_files, result.body_rests_after);
+  const bool rests = result.body_rests_after < result.spec.seconds;
+  return text + (rests ? Format("; then it rests until %.2f s\n", result.spec.seconds) : "\n");
 }
 
 // The reason why a run has not reached its end, or empty.

@@ -95,6 +95,7 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
 ToolOutcome RunComparison(const CompareToolOptions& options, const RunControl& control) {
   CheckShare(options.study);
   const Comparison comparison = MakeComparison(MakeJob(options), control);
+  if (control.cancelled()) return {.cancelled = true};
   return RunStudyProgram(comparison.study, options.study, control, comparison.summarise);
 }
 

@@ -55,8 +55,8 @@ ToolOutcome RunGradients(const GradientsOptions& options, const RunControl& cont
   }
   Study study = MakeGradientStudy(std::move(cloths), options.gradients);
   study.files = record.files();
-  study.settings["material"] = MaterialLabel(options.fabric);
-  if (options.mesh.starts_with("disc:")) study.settings["mesh"] = options.mesh;
+  study.settings["material"] = NameInKey(options.fabric);
+  study.settings["mesh"] = NameInKey(options.mesh);
   return RunStudyProgram(study, options.study, control);
 }
 

@@ -101,11 +101,13 @@ ToolOutcome RunStability(const StabilityOptions& given, const RunControl& contro
   StabilityRunner runner(options.setting);
   Study study = MakeStabilityStudy(runner, maps, options.damping_h);
   study.files = record.files();
-  study.settings["mesh"] = NameWithoutFolder(options.mesh);
-  study.settings["material"] = NameWithoutFolder(options.fabric);
-  study.settings["start"] = NameWithoutFolder(options.start);
+  study.settings["mesh"] = NameInKey(options.mesh);
+  study.settings["material"] = NameInKey(options.fabric);
   const auto summarise = [&](const StudyResult& result) {
     nlohmann::ordered_json json = SummariseCells(study, result);
+    json["settings"].update(nlohmann::ordered_json{{"mesh", NameWithoutFolder(options.mesh)},
+                                                   {"material", NameWithoutFolder(options.fabric)},
+                                                   {"start", NameWithoutFolder(options.start)}});
     for (const StabilityAxis& axis : StabilityAxes()) json["axes"][axis.name] = axis.label;
     json["usual"] = CaseJson({});
     json["maps"] = MapsJson(maps);

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/study_program.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
-#include "physics/util/stored/build.h"
+#include "physics/util/options/names_file.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
@@ -59,12 +58,10 @@ std::vector<Option> FitOptionsOfCells(FitToolOptions& fit, const std::set<std::s
 }
 
 nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free) {
-  nlohmann::json settings = {{"drapefit", BuildVersion()}};
+  nlohmann::json settings;
   for (const Option& option : table.options) {
     if (free.contains(option.key) || !option.repeated) continue;
-    const std::string value = ValueText(option);
-    const auto names_no_file = [&](const std::string& word) { return value.starts_with(word); };
-    if (!option.is_path || std::any_of(option.words.begin(), option.words.end(), names_no_file))
+    if (const std::string value = ValueText(option); !NamesFile(value, option))
       settings[option.key] = value;
   }
   return settings;
@@ -77,6 +74,7 @@ ordered_json SummariseCells(const Study& study, const StudyResult& result) {
   json["cells"] = ordered_json::array();
   for (std::size_t k = 0; k < study.cells.size(); ++k) {
     ordered_json cell = {{"name", study.cells[k].name}, {"input", study.cells[k].input}};
+    cell["input"].update(study.cells[k].names);
     cell["result"] = result.results[k] ? ordered_json(*result.results[k]) : ordered_json();
     json["cells"].push_back(std::move(cell));
   }

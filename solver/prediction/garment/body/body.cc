@@ -121,6 +121,8 @@ class BodySequence : public Body {
       : Body(std::move(triangles), static_cast<int>(frames[0].size() / 3)),
         frames_(std::move(frames)),
         frames_per_second_(frames_per_second) {
+    num_files_ = static_cast<int>(frames_.size());
+    rests_after_ = (num_files_ - 1) / frames_per_second_;
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int i = 0; i < num_vertices(); ++i) {
       low = std::min(low, frames_[0][3 * i + 2]);

@@ -21,6 +21,9 @@ class Body {
   // Counter-clockwise as seen from outside.
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
   int num_vertices() const { return num_vertices_; }
+  // Of a user's body: how many files it has, and when the last of them is [s]; else 0.
+  int num_files() const { return num_files_; }
+  double rests_after() const { return rests_after_; }
 
   // Positions of the vertices [m], shape [3B], at time t ≥ 0 [s]. Continuous in t.
   virtual Eigen::VectorXd Positions(double t) const = 0;
@@ -31,6 +34,9 @@ class Body {
  protected:
   Body(std::vector<std::array<int, 3>> triangles, int num_vertices)
       : triangles_(std::move(triangles)), num_vertices_(num_vertices) {}
+
+  int num_files_ = 0;
+  double rests_after_ = 0.0;
 
  private:
   std::vector<std::array<int, 3>> triangles_;

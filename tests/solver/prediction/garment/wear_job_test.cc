@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 #include "tests/solver/prediction/garment/read_cache.h"
 
 namespace drape {
@@ -67,7 +68,7 @@ TEST_F(GeometryCacheTest, ResumesAfterTheFramesThatAreKept) {
 }
 
 TEST_F(GeometryCacheTest, RefusesOtherFiles) {
-  EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("none.pc2"), 2, 1), "none.pc2: No such file");
+  EXPECT_IO_ERROR(GeometryCacheWriter(Path("none.pc2"), 2, 1), "none.pc2: No such file");
   Write("text.pc2", "hello");
   EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("text.pc2"), 2, 1), "text.pc2: not a point cache");
   { GeometryCacheWriter(Path("a.pc2"), 2).Append(Frame(0)); }

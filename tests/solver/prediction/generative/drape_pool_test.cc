@@ -77,6 +77,8 @@ TEST_F(DrapePoolTest, AFileIsContinuedByDrapesOfTheSameKindOnly) {
   PoolOptions other = Options(4);
   other.mesh = "disc:200";
   EXPECT_THAT(message(other), testing::HasSubstr("mesh disc:100, expected disc:200"));
+  other.mesh = path_;  // the contents of a file stand for it
+  EXPECT_THAT(message(other), testing::HasSubstr("disc:100, expected of SHA-256 "));
   other = Options(4);
   other.seed = 2;
   EXPECT_THAT(message(other), testing::HasSubstr("seed 1, expected 2"));

@@ -92,6 +92,26 @@ TEST_F(Studies, TakeCellsOfTheSameFileUnderAnotherPath) {
   EXPECT_TRUE(ran_.empty());
 }
 
+TEST_F(Studies, NamesAreForAPersonAlone) {
+  Run();
+  study_.cells[0].name = "d";
+  study_.cells[0].names["file"] = "d.json";
+  Run();
+  EXPECT_TRUE(ran_.empty());
+  study_.cells[1].name = "d";
+  EXPECT_INPUT_ERROR(Run(), "cell 'd': is there twice");
+}
+
+// A run of other inputs in the same folder replaces what a finished cell had beside its result.
+TEST_F(Studies, RunAgainWhatIsNoLongerWhole) {
+  Run();
+  study_.is_whole = [](std::size_t cell, const json& result) {
+    return cell > 0 && result.contains("text");
+  };
+  Run();
+  EXPECT_EQ(ran_, std::set<std::string>({"c"}));
+}
+
 TEST_F(Studies, TakeNoCellOfOtherSettingsOrInput) {
   Run();
   study_.settings["mesh"] = "disc:200";
@@ -115,6 +135,25 @@ TEST_F(Studies, DoNotRememberARefusalOfTheSystem) {
   fail_ = false;
   EXPECT_EQ(Run().results[0]->at("text"), "softc");
   EXPECT_EQ(ran_.size(), 3);
+}
+
+TEST_F(Studies, DoNotRememberThatAFileIsGone) {
+  std::filesystem::remove(material_);
+  study_.run = [](std::size_t, const RunControl&) -> std::optional<json> {
+    return json{{"failure", "no such file"}};
+  };
+  EXPECT_IO_ERROR(Run(), "no such file any more");
+  EXPECT_TRUE(std::filesystem::is_empty(Path("out/cells")));
+}
+
+// Files below its folder are its own, unless they are inputs.
+TEST_F(Studies, RefuseAnInputInTheirFolderThatChangesMeanwhile) {
+  std::filesystem::create_directory(Path("out"));
+  material_ = Write("out/material", "soft");
+  study_.cells.clear();
+  MakeStudy();
+  Write("out/material", "stiff");
+  EXPECT_INPUT_ERROR(Run(), "is not as it was when the study began");
 }
 
 TEST_F(Studies, CountFailedCells) {

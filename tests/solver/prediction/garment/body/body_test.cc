@@ -55,6 +55,8 @@ TEST_F(BodySequenceTest, MovesLinearlyBetweenFramesAndRestsAfterTheLast) {
   EXPECT_NEAR(body->Positions(.025)[2], .05, 1e-12);
   EXPECT_NEAR(body->Positions(.1)[2], .2, 1e-12);
   EXPECT_NEAR(body->Positions(7)[2], .2, 1e-12);
+  EXPECT_EQ(body->num_files(), 2);
+  EXPECT_NEAR(body->rests_after(), .1, 1e-12);
 }
 
 TEST_F(BodySequenceTest, ThePelvisFollowsTheRigidMotion) {
