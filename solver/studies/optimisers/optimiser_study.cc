@@ -38,6 +38,7 @@ OutlineResidualOptions AnyBranch(OutlineResidualOptions options) {
 struct Image {
   std::string name;
   FitData data;
+  std::vector<ReadRecord::File> files = {};  // that a twin was drawn from
 };
 
 // A run of one method on an image.
@@ -110,6 +111,7 @@ std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
   std::vector<Image> twins;
   int seed = options.twin_seed;
   for (const std::string& file : options.twins) {
+    const ReadRecord record;
     const MaterialField fabric = ReadMaterial(file).field;
     Image twin{MaterialLabel(file) + "_" + std::to_string(seed), {}};
     const std::string folder = options.study.out + "/twins";
@@ -121,6 +123,7 @@ std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
       fs::create_directories(folder);
       WritePng(TwinImage(options, fabric, seed), twin.data.images.front());
     }
+    twin.files = record.files();
     twins.push_back(std::move(twin));
     ++seed;
   }
@@ -338,6 +341,7 @@ Study MakeOptimiserStudy(const OptimiserStudyOptions& options) {
     if (!options.study.list) {
       cell = CheckedCell(image.name, {},
                          [&] { problems->push_back(std::make_unique<Problem>(options, image)); });
+      cell.files.insert(cell.files.end(), image.files.begin(), image.files.end());
       cell.input = {{"fit", Sha256(problems->back()->key())}};
     }
     for (const Job& job : jobs) {

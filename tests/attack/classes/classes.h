@@ -14,6 +14,7 @@ void AttackFiles(Campaign* campaign);       // bad files of each kind
 void AttackImages(Campaign* campaign);      // damaged and misleading pictures
 void AttackMutants(Campaign* campaign);     // each reader in process, with random damage
 void AttackStored(Campaign* campaign);      // tampering with stored files
+void AttackInputs(Campaign* campaign);      // changed inputs of what is stored, and full disks
 void AttackSystem(Campaign* campaign);      // surroundings, links, names
 void AttackSignals(Campaign* campaign);     // stopped at random times and continued
 void AttackInterrupts(Campaign* campaign);  // SIGINT and SIGTERM in every program

@@ -14,8 +14,8 @@ namespace {
 using nlohmann::json;
 
 bool IsOfTime(const std::string& key) {
-  static const std::set<std::string> kKeys = {"spent", "checksum", "started",   "written",
-                                              "trace", "fronts",   "provenance"};
+  static const std::set<std::string> kKeys = {"spent", "checksum", "started",    "written",
+                                              "trace", "fronts",   "provenance", "sha256"};
   for (const char* part : {"second", "cpu", "wall", "peak", "memory", "time_left", "elapsed",
                            "exponent", "jacobian_cost", "cost_units", "_s_spread"})
     if (key.find(part) != std::string::npos) return true;
@@ -84,6 +84,26 @@ const std::vector<ResumableRun>& ResumableRuns() {
        "",
        {"cells/"}}};
   return kRuns;
+}
+
+std::vector<ResumableRun> AllResumableRuns() {
+  std::vector<ResumableRun> runs = ResumableRuns();
+  const std::string mesh = std::string("--mesh=") + kValid + "disc.obj";
+  std::vector<std::string> fits = QuickCommand(
+      "drape_fit", {std::string("--data=") + kValid + "set", "--samples=1,2", "--captures=1",
+                    "--posterior_iterations=1", "--simpler_models=false", "--share=0/1"});
+  fits.front() = "drape_space";
+  fits = WithoutOption(fits, "--images");
+  const auto with_mesh = [&](const std::string& program) {
+    std::vector<std::string> command = WithoutOption(QuickCommand(program), "--mesh");
+    command.push_back(mesh);
+    return command;
+  };
+  runs.push_back({"drape_speed", with_mesh("drape_speed"), "", {"cells/"}});
+  runs.push_back({"drape_gradients", with_mesh("drape_gradients"), "", {"cells/"}});
+  runs.push_back({"drape_garment", QuickCommand("drape_garment"), "--resume", {"checkpoint.json"}});
+  runs.push_back({"drape_space", fits, "", {"fabrics/cells/"}});
+  return runs;
 }
 
 std::vector<std::string> ResumeCommand(const ResumableRun& run) {

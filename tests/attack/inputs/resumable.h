@@ -16,6 +16,9 @@ struct ResumableRun {
 };
 const std::vector<ResumableRun>& ResumableRuns();
 
+// These and further ones, which are known by their inputs alike.
+std::vector<ResumableRun> AllResumableRuns();
+
 // The command that continues a run.
 std::vector<std::string> ResumeCommand(const ResumableRun& run);
 
