@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
+#include <regex>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -90,13 +90,7 @@ class TemporaryFile {
 
  private:
   static std::string UniqueName(const std::string& path) {
-    std::uint64_t number = 0;
-    if (getrandom(&number, sizeof number, 0) != sizeof number)
-      throw std::runtime_error("the system gives no random numbers");
-    const fs::path folder = fs::path(path).parent_path();
-    const std::string name =
-        kTemporaryPrefix + Format("%016llx", static_cast<unsigned long long>(number)) + ".tmp";
-    return folder.empty() ? name : (folder / name).string();
+    return (fs::path(path).parent_path() / TemporaryName()).string();
   }
 
   [[noreturn]] void Fail(const std::string& problem, int error) const {
@@ -123,6 +117,18 @@ int OpenRegular(const std::string& path, int flags) {
   if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) return descriptor;
   if (descriptor >= 0) close(descriptor);
   throw IoError(path, "is not a regular file, expected one or nothing");
+}
+
+struct Descriptor {
+  ~Descriptor() {
+    if (value >= 0) close(value);
+  }
+  const int value;
+};
+
+// Opens a file without waiting, as for the other end of a pipe.
+int OpenAtOnce(const std::string& path, int flags) {
+  return open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | flags);
 }
 
 std::function<void(const std::string& path, std::string_view content)>& ReadObserver() {
@@ -158,12 +164,26 @@ void CheckNameLength(const std::string& source, const std::string& name) {
                                  " bytes for a file, expected at most " + std::to_string(NAME_MAX));
 }
 
-void RemoveTemporaries(const std::string& folder) {
-  if (!fs::is_directory(folder)) return;
+std::string TemporaryName() {
+  std::uint64_t number = 0;
+  if (getrandom(&number, sizeof number, 0) != sizeof number)
+    throw std::runtime_error("the system gives no random numbers");
+  return Format(".drapefit_%016llx.tmp", static_cast<unsigned long long>(number));
+}
+
+void RemoveTemporaries(const std::string& folder, int levels) {
+  static const std::regex kOurs(R"(\.drapefit_[0-9a-f]{16}\.tmp)");
+  std::error_code error, ignored;
   std::vector<fs::path> left;
-  for (const fs::directory_entry& file : fs::recursive_directory_iterator(folder))
-    if (file.path().filename().string().starts_with(kTemporaryPrefix)) left.push_back(file.path());
-  for (const fs::path& path : left) fs::remove_all(path);
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (fs::recursive_directory_iterator entry(folder, options, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const bool is_ours = std::regex_match(entry->path().filename().string(), kOurs);
+    if (is_ours || entry.depth() + 1 >= levels) entry.disable_recursion_pending();
+    const Descriptor file{is_ours ? OpenAtOnce(entry->path(), O_NOFOLLOW) : -1};
+    if (file.value >= 0 && flock(file.value, LOCK_EX | LOCK_NB) == 0) left.push_back(entry->path());
+  }
+  for (const fs::path& path : left) fs::remove_all(path, ignored);
 }
 
 AppendFile::AppendFile(const std::string& path, Content content)
@@ -203,21 +223,26 @@ std::string ReadWholeFile(const std::string& path, const std::string& part) {
 }
 
 std::string ReadOwnFile(const std::string& path) {
-  if (!fs::exists(path)) throw InputError(path, "no such file");
-  if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
-  if (fs::is_character_file(path)) throw InputError(path, "is a device, expected a file");
   constexpr std::size_t kLargest = std::size_t{1} << 30, kBlock = std::size_t{1} << 16;
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
+  const Descriptor file{OpenAtOnce(path, 0)};
+  if (file.value < 0 && (errno == ENOENT || errno == ENOTDIR))
+    throw InputError(path, "no such file");
+  struct stat status = {};
+  if (file.value < 0 || fstat(file.value, &status) != 0)
+    throw IoError(path, "cannot read the file" + Reason(errno));
+  if (!S_ISREG(status.st_mode))
+    throw InputError(path, std::string(S_ISDIR(status.st_mode)    ? "is a folder"
+                                       : S_ISFIFO(status.st_mode) ? "is a pipe"
+                                                                  : "is a device") +
+                               ", expected a file");
   std::string content;
-  for (std::size_t read = kBlock; in && read == kBlock && content.size() <= kLargest;) {
+  for (ssize_t count = 1; count != 0 && content.size() <= kLargest;) {
     const std::size_t size = content.size();
     content.resize(size + kBlock);
-    in.read(content.data() + size, kBlock);
-    read = static_cast<std::size_t>(in.gcount());
-    content.resize(size + read);
+    count = read(file.value, content.data() + size, kBlock);
+    if (count < 0 && errno != EINTR) throw IoError(path, "cannot read the file" + Reason(errno));
+    content.resize(size + static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   }
-  if (in.bad() || (!in.is_open())) throw IoError(path, "cannot read the file" + Reason(errno));
   if (content.size() > kLargest) throw InputError(path, "is larger than 1 GiB, expected less");
   return content;
 }

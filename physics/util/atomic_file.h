@@ -40,12 +40,14 @@ void CheckReplaceable(const std::string& path);
 // Throws InputError when the name of a file, made of the name of the input `source`, is too long.
 void CheckNameLength(const std::string& source, const std::string& name);
 
-// Temporary files of WriteFileAtomically, and folders for results, begin so; a name that a program
-// which is gone has left behind may be removed when nobody holds a lock (flock) on it.
-inline constexpr char kTemporaryPrefix[] = ".drapefit_";
+// A new name for a temporary file or folder, ".drapefit_0123456789abcdef.tmp". The program that
+// uses it holds its lock (flock).
+std::string TemporaryName();
 
-// Removes those below a folder, if there is one, where no other program writes.
-void RemoveTemporaries(const std::string& folder);
+// Removes the temporary files and folders in a folder, if there is one, that programs which are
+// gone have left. levels: how many folders deep, 1 for those in the folder itself. Follows no
+// links.
+void RemoveTemporaries(const std::string& folder, int levels);
 
 // A text file that grows, such as a log.
 class AppendFile {
@@ -68,9 +70,9 @@ class AppendFile {
   int descriptor_;
 };
 
-// Returns the bytes of the file. Throws InputError when it is missing, a folder, a device, which
-// may be endless, or larger than 1 GiB, and IoError when it cannot be read. part: what the caller
-// takes of it, such as "#felt", for the ReadRecord.
+// Returns the bytes of the file. Throws InputError when it is missing, a folder, a pipe or a
+// device, which may be endless, or larger than 1 GiB, and IoError when it cannot be read. part:
+// what the caller takes of it, such as "#felt", for the ReadRecord.
 std::string ReadWholeFile(const std::string& path, const std::string& part = {});
 
 // Reads a file that a run has written for itself or for its continuation. It is no input and is

@@ -200,6 +200,37 @@ TEST_F(HostileFiles, GiveNoNumberThatIsNotFinite) {
 
 class HostileFolders : public HostileFiles {};
 
+TEST_F(HostileFolders, HoldInputsThatResultsWouldReplace) {
+  const std::string silhouette = AddSilhouette("s.png");
+  std::filesystem::create_directory(Path("own"));
+  Copy(kWool, "own/summary.json");
+  Copy(kWool, "own/material.json");
+  Copy(Path(silhouette), "own/silhouette.png");
+  const auto before = Snapshot(Path(""));
+  const std::string input = " is an input of this run";
+  ExpectRefused(Drape({"--fabric=own/summary.json", "--out=own"}), "own/summary.json:" + input);
+  ExpectRefused(Drape({"--image=own/silhouette.png", "--out=./own"}), "silhouette.png:" + input);
+  std::vector<std::string> fit = FitOptions(silhouette);
+  for (const char* more : {"--fabric=own/material.json", "--out=own"}) fit.push_back(more);
+  ExpectRefused(Run("fit", fit), "own/material.json:" + input);
+  for (const char* option : {"--overlay=", "--csv=", "--out="})
+    ExpectRefused(Run("metrics", {silhouette, option + silhouette}), "s.png:" + input);
+  ExpectRefused(Run("metrics", {silhouette, "--out=drape/summary.json"}),
+                "drape/summary.json: is of another program");
+  ExpectRefused(Run("report", {"drape", "--out=s.png"}), "s.png: is no page");
+  EXPECT_EQ(Snapshot(Path("")), before);
+}
+
+TEST_F(HostileFolders, HoldFilesOfOthersWithOurNames) {
+  const std::string silhouette = AddSilhouette("s.png");
+  std::filesystem::create_directories(Path("fit/.drapefit_notes"));
+  Write("fit/.drapefit_notes/thesis.txt", "theirs");
+  Write("fit/checkpoint.json", R"({"epoch": 3})");
+  ExpectRefused(Run("fit", FitOptions(silhouette)), "checkpoint.json: is no file of the format");
+  EXPECT_EQ(Read(Path("fit/checkpoint.json")), R"({"epoch": 3})");
+  EXPECT_EQ(Read(Path("fit/.drapefit_notes/thesis.txt")), "theirs");
+}
+
 TEST_F(HostileFolders, AreOfOneProgramAtATime) {
   ASSERT_EQ(Drape({}).exit_code, 0);
   const auto before = Snapshot(Path("out"));

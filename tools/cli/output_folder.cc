@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <glog/logging.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -37,19 +39,6 @@ std::set<const OutputFolder*>& LiveFolders() {
   throw IoError(path, "cannot write to the output folder: " + reason);
 }
 
-// Returns whether the entry is a leftover of a program that is gone. A running program holds the
-// lock of its output folder and of each of its temporary files.
-bool IsLeftover(const fs::directory_entry& entry) {
-  std::error_code ignored;
-  if (!entry.path().filename().string().starts_with(kTemporaryPrefix)) return false;
-  const fs::file_type type = entry.symlink_status(ignored).type();
-  if (type != fs::file_type::regular) return type == fs::file_type::directory;
-  const int file = open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-  const bool unused = file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0;
-  if (file >= 0) close(file);
-  return unused;
-}
-
 }  // namespace
 
 OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& names, Use use)
@@ -60,7 +49,11 @@ OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& nam
   if (error) FailToWrite(path_, error.message());
   Lock(use);
   try {
-    for (const std::string& file : names) CheckReplaceable(path_ + "/" + file);
+    CheckKeeps(path_ + "/summary.json");
+    for (const std::string& file : names) {
+      CheckKeeps(path_ + "/" + file);
+      CheckReplaceable(path_ + "/" + file);
+    }
   } catch (...) {
     Drop();
     close(lock_);
@@ -72,21 +65,25 @@ OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& nam
 }
 
 void OutputFolder::MakeStaging() {
-  RemoveLeftovers();
-  std::string name = path_ + "/" + kTemporaryPrefix + "XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) {
+  RemoveTemporaries(path_, 1);
+  staging_ = path_ + "/" + TemporaryName();
+  constexpr mode_t kOwner = 0700;
+  if (mkdir(staging_.c_str(), kOwner) != 0) {
     const int reason = errno;
+    staging_.clear();
     Drop();
     close(lock_);
     FailToWrite(path_, std::strerror(reason));
   }
-  staging_ = name;
+  staging_lock_ = open(staging_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  flock(staging_lock_, LOCK_EX | LOCK_NB);  // it is in use
 }
 
 OutputFolder::~OutputFolder() {
   const std::lock_guard guard(live_mutex);
   LiveFolders().erase(this);
   Drop();
+  if (staging_lock_ >= 0) close(staging_lock_);
   close(lock_);
 }
 
@@ -101,14 +98,6 @@ void OutputFolder::Lock(Use use) {
   throw InputError(path_,
                    "another program is writing to this folder, expected one of its own for each "
                    "run");
-}
-
-void OutputFolder::RemoveLeftovers() const {
-  std::error_code ignored;
-  std::vector<fs::path> leftovers;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path_, ignored))
-    if (IsLeftover(entry)) leftovers.push_back(entry.path());
-  for (const fs::path& leftover : leftovers) fs::remove_all(leftover, ignored);
 }
 
 void OutputFolder::Drop() const {
@@ -126,6 +115,7 @@ void OutputFolder::Publish() const {
     const std::string target = path_ + "/" + names.back();
     if (fs::is_directory(fs::symlink_status(target)))
       throw IoError(target, "cannot replace the file: a folder is in its place");
+    CheckKeeps(target);
   }
   std::sort(names.begin(), names.end());
   std::stable_partition(names.begin(), names.end(),

@@ -21,7 +21,7 @@ class OutputFolder {
   // killed, and makes the hidden folder, before any work is done. `names`: files that the run will
   // publish, or write to the folder meanwhile. Throws IoError when the folder cannot be made or
   // written to or one of the files cannot be replaced, and InputError when another program writes
-  // to it.
+  // to it or has its summary there, or one of the files is an input.
   explicit OutputFolder(std::string path, const std::vector<std::string>& names = {},
                         Use use = Use::kAlone);
   OutputFolder(const OutputFolder&) = delete;
@@ -32,8 +32,8 @@ class OutputFolder {
   std::string Staged(const std::string& name) const { return staging_ + "/" + name; }
 
   // Moves all files into the folder, summary.json last. They replace older files of the same names;
-  // other files stay. Throws IoError; if a folder stands where a file should go, before anything
-  // is replaced.
+  // other files stay. Throws IoError if a folder, and InputError if an input stands where a file
+  // should go, before anything is replaced.
   void Publish() const;
 
   // Returns whether this process has an output folder, and so something to save. Never waits.
@@ -48,12 +48,11 @@ class OutputFolder {
  private:
   void Lock(Use use);
   void MakeStaging();
-  void RemoveLeftovers() const;
   void Drop() const;
 
   std::string path_, staging_;
-  int lock_ = -1;      // descriptor of the folder
-  bool made_ = false;  // by this object: removed again when nothing is published
+  int lock_ = -1, staging_lock_ = -1;  // descriptors of the folders
+  bool made_ = false;                  // by this object: removed again when nothing is published
 };
 
 }  // namespace drape

@@ -71,6 +71,7 @@ struct Record {
   ordered_json options, operands, given, threads;
   std::string out;                  // the option of that name
   bool may_use_gpu = false;         // the option `backend` does not say cpu
+  bool is_repetition = false;       // the config is a summary
   std::vector<std::string> places;  // paths of inputs, as options and operands name them
   std::set<InputFile> configs, inputs;
   std::shared_ptr<const StoredRun> repeated;
@@ -163,7 +164,8 @@ ordered_json FilesJson(const std::set<InputFile>& files) {
 }
 
 void AddPlaces(const Option& option, std::vector<std::string>* places) {
-  if (!option.is_path || !option.repeated) return;
+  static const std::set<std::string> kOutputs = {"out", "csv", "overlay", "save_split"};
+  if (!option.is_path || kOutputs.contains(option.key)) return;
   const auto add = [&](std::string text) {
     std::error_code ignored;
     if (!fs::exists(text, ignored)) text = text.substr(0, text.rfind('#'));  // FILE#name
@@ -292,6 +294,7 @@ void RecordCommand(int argc, char** argv) {
 void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated) {
   Record& record = TheRecord();
   record.program = table.tool;
+  record.is_repetition = repeated != nullptr;
   ObserveReads(nullptr);
   if (repeated && !repeated->is_changed) {
     CheckRepeated(table, *repeated);
@@ -305,6 +308,28 @@ void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun>
   record.options = ordered_json::object();
   for (const Option& option : table.options) RecordOption(option, &record);
   ObserveReads(RecordRead);
+}
+
+void CheckKeeps(const std::string& path) {
+  Record& record = TheRecord();
+  const std::lock_guard guard(record.mutex);
+  const std::string target = MakeUtf8(Canonical(path));
+  const auto is_place = [&](const std::string& file) {
+    return MakeUtf8(Canonical(file)) == target;
+  };
+  const auto is_file = [&](const InputFile& file) { return is_place(file.path); };
+  if (std::any_of(record.places.begin(), record.places.end(), is_place) ||
+      std::any_of(record.inputs.begin(), record.inputs.end(), is_file) ||
+      (!record.is_repetition && std::any_of(record.configs.begin(), record.configs.end(), is_file)))
+    throw InputError(path, "is an input of this run, expected another place for its results");
+  std::error_code ignored;
+  if (!path.ends_with("/summary.json") || !fs::is_regular_file(path, ignored)) return;
+  const std::string begin = "\"program\": \"drape_", text = ReadOwnFile(path);
+  const std::size_t at = text.rfind(begin);
+  if (!record.program.empty() && at != std::string::npos &&
+      !text.substr(at).starts_with("\"program\": \"" + record.program + '"'))
+    throw InputError(path, "is of another program, expected another folder for the results of " +
+                               record.program);
 }
 
 void RecordChoice(const std::string& key, const nlohmann::json& chosen) {

@@ -62,6 +62,10 @@ void RecordCommand(int argc, char** argv);
 // started.
 void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
 
+// Throws InputError where results at this path would replace an input of the run or the summary of
+// another program.
+void CheckKeeps(const std::string& path);
+
 // Records the value that another option has chosen for this one.
 void RecordChoice(const std::string& key, const nlohmann::json& chosen);
 

@@ -3,6 +3,7 @@
 
 #include <zlib.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
@@ -45,6 +46,16 @@ json ParseStoredJson(const std::string& text, const std::string& where,
     throw InputError(where, "is damaged or was altered: its content does not have the checksum " +
                                 json(stored).dump());
   return file;
+}
+
+void CheckStored(const std::string& path, const StoredFormat& format) {
+  const std::string name = Format("\"%s\"", format.name);
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored) &&
+      ReadOwnFile(path).find(name) == std::string::npos)
+    throw InputError(path, "is no file of the format " + name +
+                               ", expected one or no file of "
+                               "this name: choose another folder");
 }
 
 void WriteStoredJson(const std::string& path, const StoredFormat& format, const json& members,

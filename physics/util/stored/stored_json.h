@@ -23,6 +23,10 @@ std::string StoredJsonText(const StoredFormat& format, const nlohmann::json& mem
 nlohmann::json ParseStoredJson(const std::string& text, const std::string& where,
                                const StoredFormat& format);
 
+// Throws InputError where a file of another format stands at the path, which no program of ours has
+// written. To be called before the first WriteStoredJson.
+void CheckStored(const std::string& path, const StoredFormat& format);
+
 // Write and read such a file, atomically and bit for bit. Both throw InputError.
 void WriteStoredJson(const std::string& path, const StoredFormat& format,
                      const nlohmann::json& members, int indent = -1);

@@ -49,7 +49,7 @@ json Failure(const std::string& reason) { return {{"failure", reason}}; }
 std::optional<json> FitOne(const FitCellJob& job, const FitCell& cell, const RunControl& control) {
   const std::string folder = job.study.out + "/" + cell.name;
   fs::create_directories(folder);
-  RemoveTemporaries(folder);
+  RemoveTemporaries(folder, 1);
   FitSpec spec = job.fit;
   spec.threads = 1;
   const FitFiles files{.out = folder,

@@ -72,14 +72,39 @@ TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
 }
 
 TEST_F(AtomicFile, LeavesOfAKillAreRemoved) {
-  std::filesystem::create_directories(Path("a/.drapefit_b"));
-  Write("a/.drapefit_0123.tmp", "half");
-  Write("a/.drapefit_b/c.json", "half");
+  const std::string folder = "a/" + TemporaryName(), deep = "a/b/c/" + TemporaryName();
+  for (const std::string& name : {folder, std::string("a/b/c")})
+    std::filesystem::create_directories(Path(name));
+  Write(folder + "/c.json", "half");
+  Write("a/b/" + TemporaryName(), "half");
+  Write(deep, "half");
   Write("a/c.json", "whole");
-  RemoveTemporaries(Path("a"));
-  RemoveTemporaries(Path("absent"));
-  EXPECT_EQ(NumFiles(), 1);
+  RemoveTemporaries(Path("a"), 2);
+  RemoveTemporaries(Path("absent"), 2);
   EXPECT_TRUE(std::filesystem::exists(Path("a/c.json")));
+  EXPECT_TRUE(std::filesystem::exists(Path(deep)));
+  EXPECT_EQ(NumFiles(), 2);
+}
+
+// Files of a user whose names are like ours, and what a link leads to.
+TEST_F(AtomicFile, FilesOfOthersAreNotRemoved) {
+  const std::string ours = TemporaryName();
+  for (const char* name : {"a/.drapefit_notes", "a/.drapefit_0123456789abcdex.tmp", "else"})
+    std::filesystem::create_directories(Path(name));
+  Write("a/.drapefit_notes/b.txt", "theirs");
+  Write("a/.drapefit_0123.tmp", "theirs");
+  Write("else/" + ours, "theirs");
+  std::filesystem::create_directory_symlink(Path("else"), Path("a/link"));
+  std::filesystem::create_directory_symlink(Path("else"), Path("a/" + ours));
+  RemoveTemporaries(Path("a"), 9);
+  EXPECT_EQ(NumFiles(), 3);
+}
+
+TEST_F(AtomicFile, PipesAndSocketsAreNotRead) {
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink(Path("pipe"), Path("link"));
+  EXPECT_INPUT_ERROR(ReadWholeFile(Path("pipe")), "pipe: is a pipe, expected a file");
+  EXPECT_INPUT_ERROR(ReadWholeFile(Path("link")), "link: is a pipe, expected a file");
 }
 
 TEST_F(AtomicFile, AnEndInTheMiddleOfAWriteLeavesNoPart) {

@@ -62,14 +62,10 @@ TEST_F(OutputFolders, DropWhatIsNotPublished) {
   EXPECT_FALSE(std::filesystem::exists(Path("new/one")));
 }
 
-// The program that made the folder is gone, or its number belongs to another one.
 TEST_F(OutputFolders, ClearWhatDeadProgramsHaveLeft) {
-  const std::string mine = ".drapefit_" + std::to_string(getpid());
-  for (const std::string& name :
-       {std::string(".drapefit_1"), mine, std::string(".drapefit_aB3xYz")}) {
-    std::filesystem::create_directory(Path(name));
-    Write(name + "/gradient.json", "stale");
-  }
+  const std::string stale = TemporaryName();
+  std::filesystem::create_directory(Path(stale));
+  Write(stale + "/gradient.json", "stale");
   Write(".drapefit_0123456789abcdef.tmp", "half");
   Write("kept.json", "kept");
   {
@@ -84,7 +80,7 @@ TEST_F(OutputFolders, TouchNothingThatALinkLeadsTo) {
   std::filesystem::create_directory(Path("victim"));
   Write("victim/theirs.json", "theirs");
   std::filesystem::create_directory(Path("out"));
-  std::filesystem::create_directory_symlink(Path("victim"), Path("out/.drapefit_1"));
+  std::filesystem::create_directory_symlink(Path("victim"), Path("out/.drapefit_0123456789abcdef.tmp"));
   std::filesystem::create_symlink(Path("victim/theirs.json"), Path("out/a.json"));
   const OutputFolder out(Path("out"));
   WriteFileAtomically(out.Staged("a.json"), "a");

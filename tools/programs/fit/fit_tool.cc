@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/util/errors.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_job.h"
 #include "tools/cli/output_folder.h"
@@ -72,13 +73,15 @@ ToolOutcome Run(const FitToolOptions& given, const RunControl& control) {
   if (!picked.empty()) control.Log(picked);
   const FitSpec spec = MakeFitSpec(options);
   const FitData data = MakeFitData(options);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json", "material.json", "posterior.json",
+                                       "base.json", "fit.log", "checkpoint.json"});
   FitFiles files{.out = out.Staged(""),
                  .target = options.out,
                  .checkpoint = options.out + "/checkpoint.json",
                  .resume = options.resume,
                  .log = options.out + "/fit.log",
                  .provenance = MakeProvenance};
+  if (!options.resume) CheckStored(files.checkpoint, kCheckpointFormat);
   FitJobResult result = RunFitJob(spec, data, files, control);
   if (!picked.empty()) result.table = picked + "\n" + result.table;
   if (result.fitted) result.table += SeeLine(options.out, result.results);

@@ -98,7 +98,8 @@ std::string GarmentFailure(const GarmentResult& result) {
 }
 
 ToolOutcome Run(const GarmentOptions& options, const RunControl& control) {
-  const OutputFolder out(options.out, {"summary.json"});
+  const OutputFolder out(options.out, {"summary.json", "garment.obj", "garment.pc2", "body.obj",
+                                       "body.pc2", "checkpoint.json"});
   const GarmentResult result = RunWearJob(
       options.spec,
       {.threads = CountThreads(options.threads),

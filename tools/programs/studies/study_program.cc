@@ -89,11 +89,8 @@ ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
   const std::string file = study.name + ".json";
   const OutputFolder out(options.out, {file},
                          is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
-  if (!is_share)  // what a run that was killed has left in the folders of its cells
-    for (const std::filesystem::directory_entry& entry :
-         std::filesystem::directory_iterator(options.out))
-      if (!entry.path().filename().string().starts_with(kTemporaryPrefix))
-        RemoveTemporaries(entry.path());
+  constexpr int kLevels = 4;  // of the folders of cells and their fits
+  if (!is_share) RemoveTemporaries(options.out, kLevels);
   const StudyResult result = RunStudy(study, options, control);
   if (is_share) return {.text = result.text, .cancelled = result.cancelled};
   WriteWithProvenance(out.Staged(file),

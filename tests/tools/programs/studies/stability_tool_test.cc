@@ -114,7 +114,7 @@ TEST_F(StabilityTool, SharesGatherToTheSameRuns) {
   EXPECT_EQ(other.get().exit_code, 0);
   EXPECT_EQ(third.get().exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(Path("out/stability.json")));
-  RemoveTemporaries(Path("out/cells"));  // what the killed share was writing
+  RemoveTemporaries(Path("out/cells"), 1);  // what the killed share was writing
   const auto cells = Snapshot(Path("out/cells"));
   const ProcessResult gathered = Run({map});
   ASSERT_EQ(gathered.exit_code, 0) << gathered.err;

@@ -596,7 +596,10 @@ OptionTable MetricsTable(MetricsOptions& options) {
 // and evaluates its trivial predictors. Writes the files that the options name.
 ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
   for (const std::string& file : {options.out, options.csv, options.overlay})
-    if (!file.empty()) CheckReplaceable(file);
+    if (!file.empty()) {
+      CheckKeeps(file);
+      CheckReplaceable(file);
+    }
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);
   if (control.cancelled()) return {.cancelled = true};

@@ -3,6 +3,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,10 @@ ToolOutcome Run(const ReportOptions& options, const RunControl& control) {
   if (options.folders.empty())
     throw InputError("FOLDER", "expected at least one folder of results");
   CheckReplaceable(options.out);
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(options.out, ignored) &&
+      !ReadOwnFile(options.out).starts_with("<!doctype html>"))
+    throw InputError(options.out, "is no page, expected an earlier page or no file of this name");
   const std::string script = "report/python/drape_report.py";
   std::vector<std::string> words = ScriptCommand(script, "tools/programs/results/" + script);
   if (words.back().empty()) throw InputError(script, "is not installed");

@@ -6,6 +6,7 @@ usage: drape_report.py OUT MAX_MB FOLDER...
 
 import contextlib
 import os
+import secrets
 import signal
 import sys
 import warnings
@@ -90,7 +91,7 @@ def read_folders(paths):
 
 def write_atomically(path, content):
     """An earlier page stays until the new one is complete."""
-    new = os.path.join(os.path.dirname(path), f".drapefit_report_{os.getpid()}")
+    new = os.path.join(os.path.dirname(path), f".drapefit_{secrets.token_hex(8)}.tmp")
     unfinished.append(new)
     try:
         with open(new, "xb") as file:
