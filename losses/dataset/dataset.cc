@@ -310,9 +310,9 @@ void TurnMesh(Capture* capture) {
   if (!turn) throw InputError(capture->mesh, "its outline or that of its image has gaps");
   if (turn->rms > kMaxMeshRms) {
     throw InputError(capture->mesh,
-                     Format("misses its image by %.1f px, expected at most 3: it belongs to "
+                     Format("misses its image by %s px, expected at most 3: it belongs to "
                             "another capture",
-                            turn->rms));
+                            FormatBeyond(turn->rms, kMaxMeshRms, 1).c_str()));
   }
   capture->mesh_quarters = turn->quarters;
 }

@@ -49,22 +49,24 @@ void CheckBounds(const Camera& camera, const ImageQuality& quality, const HemLen
   const double largest_radius = kLargestRadius * discs.specimen;
   const double least = quality.radius_min / kMillimetre, largest = quality.radius_max / kMillimetre;
   if (quality.overhanging > kLargestOverhang)
-    throw InputError(where,
-                     Format("%.0f %% of the rays from the centre cross the outline more than once, "
-                            "expected at most %.0f %%: not the outline of one drape",
-                            100 * quality.overhanging, 100 * kLargestOverhang));
+    throw InputError(
+        where, Format("%s %% of the rays from the centre cross the outline more than once, "
+                      "expected at most %.0f %%: not the outline of one drape",
+                      FormatBeyond(100 * quality.overhanging, 100 * kLargestOverhang, 0).c_str(),
+                      100 * kLargestOverhang));
   if (hem.usual > 0 && quality.overhanging > kNotedOverhang) throw InputError(where, kJagged);
   if (hem.usual > 0) throw InputError(where, SizeText(hem, discs));
   if (quality.radius_max > largest_radius)
-    throw InputError(where,
-                     Format("the outline reaches %.0f mm, expected at most %.0f of a cloth "
-                            "of %.0f mm; ",
-                            largest, largest_radius / kMillimetre, discs.specimen / kMillimetre) +
-                         ScaleRemedy(camera, quality));
+    throw InputError(where, Format("the outline reaches %s mm, expected at most %.0f of a cloth "
+                                   "of %.0f mm; ",
+                                   FormatBeyond(largest, largest_radius / kMillimetre, 0).c_str(),
+                                   largest_radius / kMillimetre, discs.specimen / kMillimetre) +
+                                ScaleRemedy(camera, quality));
   if (quality.radius_min < least_radius)
-    throw InputError(where, Format("the outline comes to %.0f mm of the centre, expected at least "
+    throw InputError(where, Format("the outline comes to %s mm of the centre, expected at least "
                                    "%.0f with a support of %.0f mm; ",
-                                   least, least_radius / kMillimetre, discs.support / kMillimetre) +
+                                   FormatBeyond(least, least_radius / kMillimetre, 0).c_str(),
+                                   least_radius / kMillimetre, discs.support / kMillimetre) +
                                 ScaleRemedy(camera, quality));
   if (quality.drape_coefficient < kLeastDrapeCoefficient)
     throw InputError(where,

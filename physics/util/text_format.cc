@@ -105,6 +105,27 @@ std::string EscapeControls(std::string_view text) {
   return shown;
 }
 
+std::string ShellWord(const std::string& word) {
+  constexpr char kPlain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted;
+  for (std::size_t i = 0, length = 0; i < word.size(); i += length) {
+    length = std::max<std::size_t>(1, Utf8Length(word, i));
+    const std::string character = word.substr(i, length);
+    const bool is_shown = Utf8Length(word, i) > 0 && MakePrintableLine(character) == character;
+    if (character == "'") {
+      quoted += "'\\''";
+    } else if (is_shown && character != "\t") {
+      quoted += character;
+    } else {
+      for (const char byte : character)
+        quoted += Format("'$'\\x%02x''", static_cast<unsigned char>(byte));
+    }
+  }
+  return "'" + quoted + "'";
+}
+
 }  // namespace
 
 std::string Format(const char* format, ...) {
@@ -122,6 +143,20 @@ std::string Format(const char* format, ...) {
   }
   va_end(arguments.list);
   return text;
+}
+
+std::string FormatBeyond(double value, double limit, int decimals) {
+  constexpr int kMost = 12;
+  const std::string text = Format("%.*f", decimals, value);
+  return decimals >= kMost || Format("%.*f", decimals, limit) != text
+             ? text
+             : FormatBeyond(value, limit, decimals + 1);
+}
+
+std::string ShellLine(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) line += (line.empty() ? "" : " ") + ShellWord(word);
+  return line;
 }
 
 std::size_t Utf8Length(std::string_view text, std::size_t at) {

@@ -4,11 +4,20 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace drape {
 
 // printf into a string. A number that is not finite appears as "none".
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
+
+// A number beyond a limit, in so many decimals, or in as many more as tell the two apart: "3.04"
+// beside 3.
+std::string FormatBeyond(double value, double limit, int decimals);
+
+// Words as a shell reads them, whatever they hold. Bytes that a terminal would not show as a
+// character are escaped.
+std::string ShellLine(const std::vector<std::string>& words);
 
 // The length in bytes of the UTF-8 character at `at`; 0 where there is none.
 std::size_t Utf8Length(std::string_view text, std::size_t at);

@@ -130,8 +130,8 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen:
   const double error = Millimetres(m.profile_rms, observation);
   const Limits limits = OutlineError(observation.discs, numbers);
   judge.Add(ChooseGrade(error, limits),
-            Format("an outline error of %.1f mm (%.1f px), expected at most %.0f mm", error,
-                   m.profile_rms, limits.good) +
+            Format("an outline error of %s mm (%.1f px), expected at most %.3g mm",
+                   FormatBeyond(error, limits.good, 1).c_str(), m.profile_rms, limits.good) +
                 which);
   const FitGrade folds = ChooseGrade(
       FoldDifference(drape.image_radius, drape.fitted.radius, 1e-3 * error), kFoldError);

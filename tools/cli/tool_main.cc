@@ -351,6 +351,8 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
     const ToolOutcome outcome = RunWithProgress(table.tool, run);
     run_has_ended = true;
     std::fputs(MakePrintable(outcome.text).c_str(), stdout);
+    if (!outcome.next.empty() && !outcome.cancelled)
+      std::printf("  %s\n", ShellLine(outcome.next).c_str());
     return ReportOutcome(table.tool, outcome);
   } catch (const std::bad_alloc&) {
     return ReportError(table.tool, OutOfMemoryText());

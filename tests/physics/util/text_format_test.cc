@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace drape {
@@ -63,6 +64,31 @@ TEST(MakePrintableLine, IsOneShortLine) {
   std::string many;
   for (int i = 0; i < 10000; ++i) many += "word ";
   EXPECT_LE(MakePrintableLine(many).size(), 390u);
+}
+
+TEST(FormatBeyond, TellsAValueFromItsLimit) {
+  EXPECT_EQ(FormatBeyond(3.2, 3, 1), "3.2");
+  EXPECT_EQ(FormatBeyond(3.04, 3, 1), "3.04");
+  EXPECT_EQ(FormatBeyond(9.9999, 10, 0), "9.9999");
+  EXPECT_EQ(FormatBeyond(3, 3, 0), "3.000000000000");
+}
+
+// What a shell makes of a line.
+TEST(ShellLine, IsReadAsItsWords) {
+  EXPECT_EQ(ShellLine({"drape_fit", "--images=a.png"}), "drape_fit --images=a.png");
+  for (const std::string& word :
+       {std::string("it's"), std::string("$(touch x)"), std::string("`a`;b&|<>"),
+        std::string("a\nb\t\x7f\xff\\"), std::string(""), std::string("\u202e"),
+        std::string("#~*?[x]{a,b}!$'\""), std::string(300, 'L') + " "}) {
+    const std::string line = ShellLine({"printf", "%s", word});
+    const std::string command = "bash -c " + ShellLine({line});
+    FILE* pipe = popen(command.c_str(), "r");
+    ASSERT_NE(pipe, nullptr);
+    std::string read(1000, ' ');
+    read.resize(fread(read.data(), 1, read.size(), pipe));
+    EXPECT_EQ(pclose(pipe), 0);
+    EXPECT_EQ(read, word) << line;
+  }
 }
 
 }  // namespace

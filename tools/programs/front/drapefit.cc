@@ -202,6 +202,7 @@ class StepRecord {
       : out_(std::move(out)), path_(out_ + "/steps.json") {
     for (const std::string& file : files) sums_[file] = Sha256(ReadWholeFile(file));
     CheckReplaceable(path_);
+    CheckStored(path_, kStepsFormat);
     try {
       if (fs::exists(path_)) record_ = ReadStoredJson(path_, kStepsFormat);
     } catch (const InputError&) {  // damaged, or of another version: the steps are run again
@@ -270,32 +271,10 @@ class StepRecord {
   json record_ = json::object();
 };
 
-// A word as a shell reads it. Bytes that a terminal would not show as a character are escaped.
-std::string ShellWord(const std::string& word) {
-  constexpr char kPlain[] =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string quoted;
-  for (std::size_t i = 0, length = 0; i < word.size(); i += length) {
-    length = std::max<std::size_t>(1, Utf8Length(word, i));
-    const std::string character = word.substr(i, length);
-    const bool is_shown = Utf8Length(word, i) > 0 && MakePrintableLine(character) == character;
-    if (character == "'") {
-      quoted += "'\\''";
-    } else if (is_shown && character != "\t") {
-      quoted += character;
-    } else {
-      for (const char byte : character)
-        quoted += Format("'$'\\x%02x''", static_cast<unsigned char>(byte));
-    }
-  }
-  return "'" + quoted + "'";
-}
-
 std::string CommandText(const Step& step) {
-  std::string text = "drapefit " + step.verb;
-  for (const std::string& argument : step.arguments) (text += " ") += ShellWord(argument);
-  return text;
+  std::vector<std::string> words = {"drapefit", step.verb};
+  words.insert(words.end(), step.arguments.begin(), step.arguments.end());
+  return ShellLine(words);
 }
 
 volatile std::sig_atomic_t running_child = 0, interrupted = 0;
@@ -411,8 +390,9 @@ OptionTable ShortWayTable(ShortWayOptions& options, const std::string& verbs) {
 int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
   Check(options);
   const std::string picture = options.operands[0];
-  const std::string out =
+  const std::string given =
       options.out.empty() ? "out/" + fs::path(picture).stem().string() : options.out;
+  const std::string out = (given.starts_with("-") ? "./" : "") + given;  // the report takes a word
   const std::string config = options.fit_config.empty()
                                  ? FindConfigs(folder) + "/programs/fit_bayes.json"
                                  : options.fit_config;
@@ -531,7 +511,7 @@ int Run(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool help = !words.empty() && words[0] == "help";
   if (words.empty() || words[0] == "--help" || words[0] == "-h" ||
-      (help && (words.size() == 1 || words[1] == "help")))
+      (help && (words.size() == 1 || words[1] == "help" || words[1].starts_with("-"))))
     return ShowVerbs(folder);
   if (help) {
     words.erase(words.begin());

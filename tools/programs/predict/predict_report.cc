@@ -172,9 +172,10 @@ std::string SpecimenText(const PredictionRun& run) {
       text += NumberText(learned, "");
     if (!posterior.has_like())
       text += Format(
-          "no drape of the pool is like it (distance %.2g, expected at most %.2g): do "
+          "no drape of the pool is like it (distance %s, expected at most %.2g): do "
           "not rely on these numbers\n",
-          posterior.nearest, SpecimenPosterior::kFarthestLike);
+          FormatBeyond(posterior.nearest, SpecimenPosterior::kFarthestLike, 1).c_str(),
+          SpecimenPosterior::kFarthestLike);
   }
   return text;
 }

@@ -78,9 +78,7 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
         "%.0f px/m\n",
         camera.eye_height, result.tilt.norm() / kDegree, camera.pixels_per_metre());
   for (const std::string& warning : result.warnings) text += "  note: " + warning + "\n";
-  return text + "see " + options.out +
-         "/overlay.png; a fit of it:\n  drape_fit --images=" + options.out +
-         "/silhouette.png --camera_file=" + options.out + "/camera.json\n";
+  return text + "see " + options.out + "/overlay.png; a fit of it:\n";
 }
 
 std::string Operand(const PhotoToolOptions& options) {
@@ -159,7 +157,10 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
 }
 
 ToolOutcome Run(const PhotoToolOptions& options, const RunControl& control) {
-  return {.text = RunPhoto(options, control), .cancelled = control.cancelled()};
+  return {.text = RunPhoto(options, control),
+          .next = {"drape_fit", "--images=" + options.out + "/silhouette.png",
+                   "--camera_file=" + options.out + "/camera.json"},
+          .cancelled = control.cancelled()};
 }
 
 }  // namespace

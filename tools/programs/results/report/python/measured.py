@@ -183,8 +183,13 @@ def studies(folder, page):
 
 def shell_line(words):
     """Words as a shell takes them: those that it would change are quoted."""
-    return " ".join(word if re.fullmatch(r"[A-Za-z0-9\-_=+,./:@%]+", word) else
-                    "'" + word.replace("'", "'\\''") + "'" for word in words)
+    def escape(match):
+        if match[0] == "'":
+            return r"'\''"
+        return "'$'%s''" % "".join(f"\\x{byte:02x}" for byte in os.fsencode(match[0]))
+    return " ".join(word if re.fullmatch(r"[A-Za-z0-9\-_=+,./:@%]+", word) else "'" + re.sub(
+        "['\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\udc80-\udcff]", escape, word) + "'"
+                    for word in words)
 
 
 def command_text(command):
