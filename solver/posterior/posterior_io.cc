@@ -27,11 +27,11 @@ constexpr int kPosteriorVersion = 2;  // 1: c12 on a log scale of its own
 constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
 // What rounding may leave of asymmetry or of a negative variance, as a share of the largest entry.
 constexpr double kRounding = 1e-9;
+constexpr double kMostPosteriorDeviation = 1e4;  // of a log factor
 
 Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
   Eigen::VectorXd deviations = input.Vector(count);
-  for (int i = 0; i < count; ++i)
-    if (deviations[i] < 0) input.At(i).Fail("a standard deviation, at least 0");
+  for (int i = 0; i < count; ++i) input.At(i).NumberWithin(0, kMostPosteriorDeviation);
   return deviations;
 }
 
@@ -44,6 +44,8 @@ Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
     for (int j = 0; j < i; ++j)
       if (std::abs(covariance(i, j) - covariance(j, i)) > rounding)
         input.At(i).At(j).Fail("a symmetric matrix");
+  for (int i = 0; i < count; ++i)
+    input.At(i).At(i).NumberWithin(-rounding, kMostPosteriorDeviation * kMostPosteriorDeviation);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance, Eigen::EigenvaluesOnly);
   if (axes.eigenvalues()[0] < -rounding) input.Fail("a covariance without negative variances");
   return covariance;
@@ -76,21 +78,30 @@ constexpr char kSamplesFormat[] = "drapefit-samples";
 constexpr int kSamplesVersion = 1;
 constexpr int kMostDrawn = 1'000'000;
 
+Eigen::VectorXd ReadRadii(const JsonInput& input) {
+  constexpr double kMostRadius = 10.0;  // [m]
+  const Eigen::VectorXd radii = input.Vector();
+  if (radii.size() > 0 && (radii.minCoeff() <= 0.0 || radii.maxCoeff() > kMostRadius))
+    input.Fail(Format("radii above 0 and at most %g m", kMostRadius));
+  return radii;
+}
+
 StoredSamples::Image ReadImage(const JsonInput& input) {
   input.ExpectKeys({"name", "sigma_m", "radius_m"});
   const double sigma = input.At("sigma_m").Number();
   if (!(sigma > 0.0)) input.At("sigma_m").Fail("a positive standard deviation");
-  return {input.At("name").String(), sigma, input.At("radius_m").Vector()};
+  return {input.At("name").String(), sigma, ReadRadii(input.At("radius_m"))};
 }
 
 StoredSamples::Sample ReadSample(const JsonInput& input, int parameters, int angles, int images) {
   input.ExpectKeys({"log_factors", "log_prior", "log_density", "radius_m"});
   const JsonInput outlines = input.At("radius_m");
   outlines.ExpectArray(images);
-  StoredSamples::Sample sample{input.At("log_factors").Vector(parameters),
+  StoredSamples::Sample sample{ReadLogFactors(input.At("log_factors"), parameters),
                                input.At("log_prior").Number(), input.At("log_density").Number(),
                                Eigen::MatrixXd(angles, images)};
-  for (int i = 0; i < images; ++i) sample.radius.col(i) = outlines.At(i).Vector(angles);
+  for (int i = 0; i < images; ++i)
+    sample.radius.col(i) = ReadRadii(outlines.At(i).ExpectArray(angles));
   return sample;
 }
 

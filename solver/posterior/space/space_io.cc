@@ -22,7 +22,7 @@ using nlohmann::ordered_json;
 
 constexpr char kSpaceFormat[] = "drapefit-space";
 constexpr int kSpaceVersion = 1;
-constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
+constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e4;  // of a log factor of a prior
 
 ordered_json Rows(const Eigen::MatrixXd& matrix) {
   ordered_json rows = ordered_json::array();

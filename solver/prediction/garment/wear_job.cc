@@ -158,6 +158,10 @@ struct Checkpoint {
     Checkpoint at;
     at.frame = input.At("frame").IntegerWithin(0, kMostCount);
     at.state = {input.At("x").Vector(dofs), input.At("v").Vector(dofs)};
+    constexpr double kMost = 1000.0;  // [m], [m/s]
+    for (const auto& [key_of, vector] : {std::pair("x", &at.state.x), {"v", &at.state.v}})
+      if (vector->cwiseAbs().maxCoeff() > kMost)
+        input.At(key_of).Fail(Format("numbers of at most %g", kMost));
     at.run.body_intersections = input.At("body_intersections").IntegerWithin(0, kMostCount);
     at.run.self_intersections = input.At("self_intersections").IntegerWithin(0, kMostCount);
     at.run.newton_steps = input.At("newton_steps").IntegerWithin(0, kMostCount);
@@ -277,6 +281,7 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   const nlohmann::json key = Key(material, draw);
   fs::create_directories(folder);
   const std::string stored = folder + "/checkpoint.json";
+  CheckStored(stored, kCheckpoint);
   Checkpoint at;
   if (options_.resume && fs::exists(stored)) {
     at = Checkpoint::Read(stored, key, model().num_dofs());

@@ -323,6 +323,22 @@ void WritePool(const std::string& path, const DrapePool& pool) {
                    {"drapes", std::move(drapes)}});
 }
 
+// Returns whether the numbers can be those of a drape of a pool.
+bool IsPossible(const PooledDrape& drape) {
+  constexpr double kMostCoefficient = 1.1, kMostFolds = 100, kLeastRadius = 0.5, kMostRadius = 1.1;
+  const DrapeDiscs discs;
+  const FeatureVector& features = drape.shape.features;
+  const double folds = features[1], least = 0.5 * kLeastRadius * discs.support,
+               most = 0.5 * kMostRadius * discs.specimen;
+  bool possible = features[0] > -0.1 && features[0] < kMostCoefficient && folds >= 0 &&
+                  folds < kMostFolds && folds == std::round(folds) &&
+                  features.tail<kNumBands>().minCoeff() >= 0 &&
+                  drape.shape.radius.minCoeff() >= least && drape.shape.radius.maxCoeff() <= most;
+  for (int k = 0; k < kSpecimenNumbers; ++k)
+    possible = possible && Within(NumberRanges()[k], drape.numbers[k]);
+  return possible;
+}
+
 DrapePool ReadPool(const std::string& path) {
   const nlohmann::json json = ReadStoredJson(path, kPoolFormat);
   const JsonInput input(json, path);
@@ -342,6 +358,7 @@ DrapePool ReadPool(const std::string& path) {
         {drape.At("numbers").Vector(kSpecimenNumbers),
          {drape.At("features").Vector(kNumFeatures),
           (drape.At("radius_um").Vector(kPoolAngles).array() * kRadiusUnit).matrix()}});
+    if (!IsPossible(pool.drapes.back())) drape.Fail("a drape of " + ToString(DrapeDiscs()));
   }
   return pool;
 }

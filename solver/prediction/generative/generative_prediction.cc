@@ -225,8 +225,8 @@ DistributionFit ReadDistributionFit(const std::string& path) {
   fit.score = input.At("score").Number();
   if (!input.At("cross_validated").value().is_null())
     fit.cross_validated = input.At("cross_validated").Number();
-  fit.effective = input.At("effective_drapes").Number();
-  fit.drapes = input.At("drapes").Integer();
+  fit.drapes = input.At("drapes").IntegerWithin(1, std::numeric_limits<int>::max());
+  fit.effective = input.At("effective_drapes").NumberWithin(0, fit.drapes);
   return fit;
 }
 

@@ -68,6 +68,21 @@ std::string Id(const json& key) { return Sha256(key.dump()).substr(0, 32); }
 
 bool HasFailed(const json& result) { return result.is_object() && result.contains("failure"); }
 
+// Refuses what no run finds: a time, a length, an error or a count below 0. name: of the member
+// that holds the value.
+void CheckResult(const JsonInput& input, const std::string& name = "") {
+  constexpr std::string_view kNotNegative[] = {
+      "_s",    "seconds",  "_m",       "_mm",         "_px",       "mse",   "iou",  "residual",
+      "steps", "vertices", "rollouts", "evaluations", "jacobians", "spent", "folds"};
+  const json& value = input.value();
+  if (value.is_number() && std::any_of(std::begin(kNotNegative), std::end(kNotNegative),
+                                       [&](std::string_view end) { return name.ends_with(end); }))
+    input.NotNegative();
+  for (int i = 0; value.is_array() && i < input.Size(); ++i) CheckResult(input.At(i), name);
+  if (value.is_object())
+    for (const auto& [key, unused] : value.items()) CheckResult(input.At(key), key);
+}
+
 // One call of RunStudy.
 class StudyRun {
  public:
@@ -122,7 +137,13 @@ class StudyRun {
     json stored = ReadStoredJson(path, kStudyCellFormat);
     const JsonInput input(stored, path);
     if (input.At("key").value() != key) input.At("key").Fail("that of the cell of this name");
-    return input.At("result").value();
+    const JsonInput result = input.At("result");
+    CheckResult(result.ExpectObject());
+    const std::vector<std::string>& words = study_.outcomes;
+    if (!words.empty() && result.Has("outcome") &&
+        std::find(words.begin(), words.end(), result.At("outcome").String()) == words.end())
+      result.At("outcome").Fail("a word of this study, such as " + words.front());
+    return result.value();
   }
 
   void TakeOver() {

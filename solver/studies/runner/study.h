@@ -37,6 +37,8 @@ struct Study {                   // NOLINT(bugprone-exception-escape)
   nlohmann::json settings = {};  // what all cells have in common: numbers and names, no paths
   std::vector<ReadRecord::File> files = {};  // those that every cell reads
   std::vector<StudyCell> cells = {};         // of different names
+  // What the member "outcome" of a result may say; empty: anything.
+  std::vector<std::string> outcomes = {};
   // Where given, is called before a cell runs, for what several cells share: in this process, so
   // that its memory counts for no cell. Returns false when it was cancelled.
   std::function<bool(std::size_t cell, const RunControl& control)> prepare = {};

@@ -444,6 +444,8 @@ Study MakeStabilityStudy(StabilityRunner& runner, const std::vector<StabilityMap
   }
   const auto tasks = std::make_shared<std::vector<Task>>(ListTasks(maps, damping_h));
   Study study{.name = "stability", .settings = SettingsJson(runner.setting())};
+  for (const auto& [outcome, name] : EnumNames(StabilityOutcome{}))
+    study.outcomes.emplace_back(name);
   for (const Task& task : *tasks) study.cells.push_back({task.Name(), task.Input()});
   study.run = [&runner, tasks](std::size_t cell, const RunControl& control) {
     return RunTask(runner, (*tasks)[cell], *control.cancel);

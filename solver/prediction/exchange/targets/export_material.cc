@@ -44,7 +44,12 @@ std::string NumberText(double value) {
 }
 
 // A name as text between quotes in JSON, TOML and Python.
-std::string QuotedText(const std::string& text) { return Json(text).dump(); }
+std::string QuotedText(const std::string& text) {
+  std::string quoted = Json(text).dump();
+  for (std::size_t at; (at = quoted.find('\x7f')) != std::string::npos;)  // TOML has no such byte
+    quoted.replace(at, 1, "\\u007f");
+  return quoted;
+}
 
 Json CloPhysical(const ExchangeRecord& record) {
   const LinearFabric& m = record.material;

@@ -17,6 +17,7 @@ import PIL.Image
 MOST_BYTES = 200_000_000  # of one file
 LARGE_PICTURE = 200_000  # bytes, from which a picture is shown as a thumbnail
 THUMBNAIL_SIDE = 1000  # px
+MOST_LEVELS = 64  # of lists and objects
 PIL.Image.MAX_IMAGE_PIXELS = 50_000_000
 
 # A key of each kind of JSON file that drape_metrics writes.
@@ -67,8 +68,15 @@ def unique(pairs):
 
 def read_json(path):
     try:
-        return json.loads(read_bytes(path), parse_float=finite, parse_constant=finite,
-                          object_pairs_hook=unique)
+        document = json.loads(read_bytes(path), parse_float=finite, parse_constant=finite,
+                              object_pairs_hook=unique)
+        level = [document]
+        for _ in range(MOST_LEVELS):  # some work on values is recursive
+            level = [value for each in level if isinstance(each, (dict, list))
+                     for value in (each.values() if isinstance(each, dict) else each)]
+        if any(isinstance(each, (dict, list)) for each in level):
+            raise ValueError(f"has values nested deeper than {MOST_LEVELS}")
+        return document
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: is no JSON file: {error}") from None
 
