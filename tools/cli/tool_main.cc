@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -21,6 +22,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <string>
 #include <system_error>
@@ -37,8 +39,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
-constexpr double kShownStep = 0.01;                              // of the work, on a terminal
-constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;     // before a time left is shown
+constexpr std::chrono::seconds kReadingInterval{15};
+constexpr double kShownStep = 0.01;                           // of the work, on a terminal
+constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;  // before a time left is shown
 // Work counts e times less after this share of the time so far, or after kLeastMemory [s].
 constexpr double kMemory = 1.0, kLeastMemory = 20.0;
 constexpr char kClearLine[] = "\r\033[K";
@@ -315,10 +318,33 @@ std::string ProgressName(const std::string& tool) {
 ToolOutcome RunWithProgress(const std::string& tool,
                             const std::function<ToolOutcome(const RunControl&)>& run) {
   Progress progress(ProgressName(tool));
+  std::mutex mutex;  // of the progress
+  std::condition_variable_any changed;
+  bool has_reported = false;
+  // Shows that a run is alive that reads large files before its first report.
+  const auto wait = [&](std::stop_token ended) {
+    std::unique_lock lock(mutex);
+    while (!changed.wait_for(lock, ended, kReadingInterval, [&] { return has_reported; }) &&
+           !ended.stop_requested())
+      progress.Update(0.0, "reads its input");
+  };
+  std::jthread waiting;
+  try {
+    waiting = std::jthread(wait);
+  } catch (const std::system_error&) {  // no more threads
+  }
   return run({.cancel = &cancel_requested,
-              .progress = [&](double fraction,
-                              const std::string& note) { progress.Update(fraction, note); },
-              .log = [&](const std::string& line) { progress.Say(line); }});
+              .progress =
+                  [&](double fraction, const std::string& note) {
+                    const std::lock_guard lock(mutex);
+                    has_reported = true;
+                    progress.Update(fraction, note);
+                  },
+              .log =
+                  [&](const std::string& line) {
+                    const std::lock_guard lock(mutex);
+                    progress.Say(line);
+                  }});
 }
 
 ExitCode ReportOutcome(const std::string& tool, const ToolOutcome& outcome) {
