@@ -75,7 +75,9 @@ bool StopFit(const Campaign& campaign, const ResumableRun& run, const std::strin
 StoredFolder MakeStored(const Campaign& campaign, const ResumableRun& run) {
   const std::string base = campaign.options().work + "/stored_good/" + run.name;
   Sandbox sandbox(base);
-  const Outcome whole = RunProgramIn(base, MakeRequest(campaign, run.command));
+  Request request = MakeRequest(campaign, run.command);
+  request.limits.seconds = 2 * kStoredSeconds;
+  const Outcome whole = RunProgramIn(base, request);
   if (whole.exit_code != 0) throw std::runtime_error(run.name + " failed: " + whole.err);
   StoredFolder stored{run, base + "/out", ReadResults(base + "/out")};
   if (run.stored.front() == "checkpoint.json" && !fs::exists(base + "/out/checkpoint.json")) {
@@ -235,7 +237,7 @@ void CheckProvenance(Sandbox* sandbox) {
 
 enum class InputChange { kMoved, kChanged };
 
-// A run goes on with an input of the same contents in another folder. With other contents it is
+// A run continues with an input of the same contents in another folder. With other contents it is
 // refused, or takes over nothing.
 void TryInput(const Campaign& campaign, const StoredFolder& stored, const NamedInput& input,
               InputChange change, Sandbox& sandbox) {
@@ -258,7 +260,7 @@ void TryInput(const Campaign& campaign, const StoredFolder& stored, const NamedI
     if (outcome.exit_code != 0) sandbox.Fail("refused the same contents under another path");
     if (after != before) sandbox.Fail("took over no result of the same contents");
   } else if (outcome.exit_code == 0) {
-    if (!has_cells) sandbox.Fail("went on with other contents");
+    if (!has_cells) sandbox.Fail("continued with other contents");
     if (has_cells && after.size() < 2 * before.size()) sandbox.Fail("mixed results of two inputs");
   }
 }
@@ -279,7 +281,7 @@ void TryFullDisk(const Campaign& campaign, const StoredFolder& stored, int kilob
   request.limits.seconds = kStoredSeconds;
   const Outcome outcome = sandbox.Run(request, {.results = {"out", "kept", "in"}});
   if (!fs::exists(sandbox.folder() + "/kept")) return;  // no right to mount
-  if (outcome.exit_code != 0) return sandbox.Fail("did not go on with room");
+  if (outcome.exit_code != 0) return sandbox.Fail("did not continue when there was room");
   fs::remove_all(sandbox.folder() + "/out");
   fs::rename(sandbox.folder() + "/kept", sandbox.folder() + "/out");
   CompareResults(stored.results, "", &sandbox);
