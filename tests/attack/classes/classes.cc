@@ -7,9 +7,10 @@ namespace drape::attack {
 
 const std::vector<AttackClass>& AttackClasses() {
   static const std::vector<AttackClass> kClasses = {
-      {"options", AttackOptions}, {"files", AttackFiles},     {"images", AttackImages},
-      {"mutants", AttackMutants}, {"stored", AttackStored},   {"inputs", AttackInputs},
-      {"system", AttackSystem},   {"signals", AttackSignals}, {"interrupts", AttackInterrupts}};
+      {"options", AttackOptions},      {"files", AttackFiles},     {"images", AttackImages},
+      {"mutants", AttackMutants},      {"refused", AttackRefused}, {"stored", AttackStored},
+      {"inputs", AttackInputs},        {"system", AttackSystem},   {"signals", AttackSignals},
+      {"interrupts", AttackInterrupts}};
   return kClasses;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/attack/inputs/readers/readers.h"
 #include "tests/attack/run/campaign.h"
 
 namespace drape::attack {
@@ -13,11 +14,15 @@ void AttackOptions(Campaign* campaign);     // each option of each program
 void AttackFiles(Campaign* campaign);       // bad files of each kind
 void AttackImages(Campaign* campaign);      // damaged and misleading pictures
 void AttackMutants(Campaign* campaign);     // each reader in process, with random damage
+void AttackRefused(Campaign* campaign);     // each reader and program, with what it must refuse
 void AttackStored(Campaign* campaign);      // tampering with stored files
 void AttackInputs(Campaign* campaign);      // changed inputs of what is stored, and full disks
 void AttackSystem(Campaign* campaign);      // surroundings, links, names
 void AttackSignals(Campaign* campaign);     // stopped at random times and continued
 void AttackInterrupts(Campaign* campaign);  // SIGINT and SIGTERM in every program
+
+// The readers that are called in this process.
+std::vector<Reader> MakeAllReaders(const CampaignOptions& options);
 
 // Hostile names of inputs and output folders, of the class "system".
 void AddHostileNames(Campaign* campaign, std::vector<Attack>* attacks);

@@ -82,14 +82,14 @@ void AttackReader(const Reader& reader, Campaign* campaign) {
   std::filesystem::remove(path);
 }
 
+}  // namespace
+
 std::vector<Reader> MakeAllReaders(const CampaignOptions& options) {
   const std::string scratch = options.work + "/scratch/";
   std::filesystem::remove_all(scratch);
   std::filesystem::create_directories(scratch);
   return MakeReaders(options.work + "/valid/", scratch);
 }
-
-}  // namespace
 
 void AttackMutants(Campaign* campaign) {
   for (const Reader& reader : MakeAllReaders(campaign->options())) {

@@ -62,8 +62,17 @@ Reader MakeStateReader(const std::string& scratch) {
       .read = [mesh](const std::string& path) { return CheckState(ReadStart(path, *mesh, 0.01)); }};
 }
 
-Reader MakeScanReader(const std::string& file, const std::string& content) {
-  return {.name = file,
+// A triangle in the binary form of a format: the bytes of its numbers.
+template <class... T>
+std::string Bytes(T... values) {
+  std::string bytes;
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof(values)), ...);
+  return bytes;
+}
+
+Reader MakeScanReader(const std::string& name, const std::string& file,
+                      const std::string& content) {
+  return {.name = name,
           .file = file,
           .content = content,
           .read =
@@ -103,12 +112,21 @@ std::vector<Reader> MakeClothReaders(const std::string& valid, const std::string
                                                        : "read a surface that is not finite";
            },
        .is_json = false},
-      MakeScanReader("surface.stl",
+      MakeScanReader("surface.stl", "surface.stl",
                      "solid a\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid a\n"),
-      MakeScanReader("surface.ply",
+      MakeScanReader("surface.ply", "surface.ply",
                      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float "
                      "y\nproperty float z\nelement face 1\nproperty list uchar int "
                      "vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+      MakeScanReader("binary stl", "surface.stl",
+                     std::string(80, ' ') + Bytes(uint32_t{1}) + Bytes(0.f, 0.f, 1.f) +
+                         Bytes(0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f) + std::string(2, ' ')),
+      MakeScanReader("binary ply", "surface.ply",
+                     "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float "
+                     "x\nproperty float y\nproperty double z\nelement face 1\nproperty list uchar "
+                     "int vertex_indices\nend_header\n" +
+                         Bytes(0.f, 0.f) + Bytes(0.0) + Bytes(1.f, 0.f) + Bytes(0.0) +
+                         Bytes(0.f, 1.f) + Bytes(0.0) + Bytes(uint8_t{3}) + Bytes(0, 1, 2)),
       {.name = "published mesh",
        .file = "drape.obj",
        .content = ReadText(scratch + "mesh.obj"),

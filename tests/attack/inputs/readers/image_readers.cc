@@ -36,12 +36,16 @@ Reader MakeCameraReader() {
   Camera eye;
   eye.kind = CameraKind::kPinhole;
   json camera = CameraJson(eye);
+  camera.update(DiscsJson(DrapeDiscs()));
+  camera["warp"] = "-45";
   camera["photograph"] = PhotographJson({0.4, 0.01, {"the light is uneven"}});
   return {.name = "camera",
           .file = "camera.json",
           .content = camera.dump(),
           .read = [](const std::string& path) {
             ReadPhotographNotes(path);
+            ParseWarp(ReadWarp(path), path);
+            StoredDiscs(path);
             const Camera read = ReadCamera(path);
             return std::isfinite(read.pixels_per_metre())
                        ? std::string()

@@ -9,11 +9,12 @@
 
 namespace drape::attack {
 
-std::vector<std::string> ReadDamaged(const Reader& reader, const std::string& path) {
+std::vector<std::string> ReadDamaged(const Reader& reader, const std::string& path, bool* refused) {
   try {
     const std::string wrong = reader.read(path);
     return wrong.empty() ? std::vector<std::string>() : std::vector<std::string>{wrong};
   } catch (const InputError& error) {
+    if (refused != nullptr) *refused = true;
     const std::string name = std::filesystem::path(path).filename();
     return JudgeMessage(Visible(error.what()), {name, "option 'accuracy'"});
   } catch (const std::exception& error) {

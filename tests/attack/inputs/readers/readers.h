@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace drape::attack {
@@ -19,6 +20,8 @@ struct Reader {
   // content is then that of the members. None: the content is the file.
   std::function<std::string(const nlohmann::json& members)> seal = {};
   bool is_json = true;  // damaged by rule, too
+  // Pointers to members and values that no run finds, each of which is refused.
+  std::vector<std::pair<std::string, std::string>> impossible = {};
 };
 
 // All of them. Each keeps what it needs. `valid`: the folder of the valid inputs; `scratch`: a

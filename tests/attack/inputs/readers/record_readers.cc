@@ -65,9 +65,11 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
   const auto study = std::make_shared<Study>();
   study->name = "race";
   study->settings = {{"budget", 20}};
+  study->outcomes = {"end"};
   study->cells = {{.name = "wool_2.lm", .input = {{"method", "lm"}, {"seed", 1}}}};
   study->run = [](std::size_t, const RunControl&) -> std::optional<json> {
-    return json::parse(R"({"trace": [[1.0, 0.1, 5.5]], "theta": [0.5, -0.25]})");
+    return json::parse(R"({"trace": [[1.0, 0.1, 5.5]], "theta": [0.5, -0.25], "cpu_s": 0.5,
+                           "evaluations": 7, "rms_px": [1.5, 0.5], "outcome": "end"})");
   };
   const auto file = [study](const std::string& out) {
     return out + "/cells/" + CellId(*study, 0) + ".json";
@@ -94,9 +96,18 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
            .file = "cell.json",
            .content = ReadStoredJson(path, kCellFormat).dump(),
            .read = read,
-           .seal = [](const json& members) {
-             return StoredJsonText({"drapefit-cell", 2}, members);
-           }}};
+           .seal =
+               [](const json& members) {
+                 return StoredJsonText({"drapefit-cell", 2}, members);
+               },
+           .impossible = {{"/result", "[]"},
+                          {"/result", "null"},
+                          {"/result/cpu_s", "-1"},
+                          {"/result/evaluations", "-3"},
+                          {"/result/rms_px/1", "-0.5"},
+                          {"/result/outcome", "\"wonderful\""},
+                          {"/result/outcome", "3"},
+                          {"/key/cell", "\"another\""}}}};
 }
 
 }  // namespace

@@ -20,19 +20,29 @@ namespace {
 
 // posterior.json in the folder of the mutant; base.json is put beside it.
 Reader MakePosteriorReader(const std::string& valid, const std::string& kind) {
-  const std::string base = ReadText(valid + kind + "/base.json");
+  const std::string base = ReadText(valid + kind + "/base.json"),
+                    spread = kind == "elements" ? "element_sd" : "covariance";
   return {.name = kind,
           .file = "posterior.json",
           .content = ReadText(valid + kind + "/posterior.json"),
-          .read = [base](const std::string& path) {
-            const std::string folder = std::filesystem::path(path).parent_path();
-            if (!std::filesystem::exists(folder + "/base.json"))
-              WriteFileAtomically(folder + "/base.json", base);
-            const StoredPosterior read = ReadPosterior(folder);
-            return read.mean.allFinite() && read.covariance.allFinite()
-                       ? std::string()
-                       : "read a posterior that is not finite";
-          }};
+          .read =
+              [base](const std::string& path) {
+                const std::string folder = std::filesystem::path(path).parent_path();
+                if (!std::filesystem::exists(folder + "/base.json"))
+                  WriteFileAtomically(folder + "/base.json", base);
+                const StoredPosterior read = ReadPosterior(folder);
+                return read.mean.allFinite() && read.covariance.allFinite()
+                           ? std::string()
+                           : "read a posterior that is not finite";
+              },
+          .impossible = {{"/mean/0", "1e9"},
+                         {"/prior_sd/0", "-1"},
+                         {"/prior_sd/0", "1e9"},
+                         {"/" + spread + "/0", "-1"},
+                         {"/" + spread, "[]"},
+                         {kind == "elements" ? "/element_sd/0" : "/covariance/0/0", "1e12"},
+                         {kind == "elements" ? "/element_sd/0" : "/covariance/0/0", "-1e-3"},
+                         {kind == "elements" ? "/element_sd/1" : "/covariance/0/1", "-5"}}};
 }
 
 Reader MakeConfigReader() {

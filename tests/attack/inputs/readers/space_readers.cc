@@ -46,11 +46,19 @@ Reader MakePriorReader(const std::string& valid) {
   return {.name = "space as a prior",
           .file = "space.json",
           .content = ReadText(valid + "space.json"),
-          .read = [](const std::string& path) {
-            const SpacePrior prior = ReadSpacePrior(path);
-            const Eigen::VectorXd z = prior.frame.ToPriorUnits(prior.theta).mean;
-            return IsFinite(prior.theta) && z.allFinite() ? "" : "read a prior that is not finite";
-          }};
+          .read =
+              [](const std::string& path) {
+                const SpacePrior prior = ReadSpacePrior(path);
+                const Eigen::VectorXd z = prior.frame.ToPriorUnits(prior.theta).mean;
+                return IsFinite(prior.theta) && z.allFinite() ? ""
+                                                              : "read a prior that is not finite";
+              },
+          .impossible = {{"/prior/covariance/0/0", "-1"},
+                         {"/prior/covariance/0/0", "1e12"},
+                         {"/prior/covariance/0/1", "5"},
+                         {"/prior/mean/0", "1e9"},
+                         {"/prior_of_fits/0/0", "0"},
+                         {"/base/density", "-1"}}};
 }
 
 }  // namespace
