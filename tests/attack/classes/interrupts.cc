@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewInterrupts = 3;  // of a short campaign
-constexpr int kRepeats = 5;                // of a program and signal
+constexpr int kTrials = 5;                 // of a program and signal
 constexpr double kLongest = 4.0;           // until the signal [s]
 constexpr double kPromised = 2.0;          // from the signal to the end [s]
 constexpr double kMargin = 0.2;            // of the attack's own polls [s]
@@ -149,8 +149,8 @@ void AttackInterrupts(Campaign* campaign) {
   std::vector<Attack> attacks;
   for (const Victim& victim : Victims(*campaign))
     for (const int signal : {SIGINT, SIGTERM})
-      for (int i = 0; i < kRepeats + 4; ++i) {
-        const Around around = i < kRepeats ? Around::kNothing : Around(i - kRepeats + 1);
+      for (int i = 0; i < kTrials + 4; ++i) {
+        const Around around = i < kTrials ? Around::kNothing : Around(i - kTrials + 1);
         if (around == Around::kEarlyThread && !test::kCanLimitMemory) continue;  // of a sanitizer
         const bool reads =
             std::any_of(victim.command.begin(), victim.command.end(),

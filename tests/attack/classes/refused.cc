@@ -74,7 +74,7 @@ std::vector<Refused> ImpossibleValues(const Reader& reader) {
   return all;
 }
 
-void AttackReader(const Reader& reader, Campaign* campaign) {
+void RefuseInReader(const Reader& reader, Campaign* campaign) {
   std::vector<Refused> all = NoFiles();
   for (Refused& one : ImpossibleValues(reader)) all.push_back(std::move(one));
   if (reader.content.starts_with("{"))
@@ -112,7 +112,7 @@ void TryProgram(const Campaign& campaign, const FileReader& reader, const Refuse
 }  // namespace
 
 void AttackRefused(Campaign* campaign) {
-  for (const Reader& reader : MakeAllReaders(campaign->options())) AttackReader(reader, campaign);
+  for (const Reader& reader : MakeAllReaders(campaign->options())) RefuseInReader(reader, campaign);
   const auto readers = MakeFileReaders(campaign->options().work + "/valid/");
   std::vector<Attack> attacks;
   for (const FileReader& reader : readers)

@@ -183,13 +183,13 @@ class LazyStored {
 };
 
 // A good input that a word of a command names: "--fabric=../../valid/wool.json".
-struct NamedInput {
+struct StoredInput {
   std::size_t word;
   std::string flag, path;  // "--fabric=", "wool.json"
 };
 
-std::vector<NamedInput> ListInputs(const std::vector<std::string>& command) {
-  std::vector<NamedInput> inputs;
+std::vector<StoredInput> ListInputs(const std::vector<std::string>& command) {
+  std::vector<StoredInput> inputs;
   for (std::size_t i = 1; i < command.size(); ++i) {
     const std::size_t value = command[i].find('=') + 1;
     if (value > 0 && command[i].substr(value).starts_with(kValid))
@@ -239,7 +239,7 @@ enum class InputChange { kMoved, kChanged };
 
 // A run continues with an input of the same contents in another folder. With other contents it is
 // refused, or takes over nothing.
-void TryInput(const Campaign& campaign, const StoredFolder& stored, const NamedInput& input,
+void TryInput(const Campaign& campaign, const StoredFolder& stored, const StoredInput& input,
               InputChange change, Sandbox& sandbox) {
   const std::string out = sandbox.folder() + "/out", moved = "in/deep/other_" + input.path;
   fs::copy(stored.folder, out, fs::copy_options::recursive);
@@ -306,7 +306,7 @@ void AttackInputs(Campaign* campaign) {
   std::vector<Attack> inputs, disks;
   for (const std::shared_ptr<LazyStored>& stored : AllStored(*campaign)) {
     const ResumableRun& run = stored->run();
-    for (const NamedInput& input : ListInputs(run.command))
+    for (const StoredInput& input : ListInputs(run.command))
       for (const auto& [change, name] :
            {std::pair{InputChange::kMoved, "moved"}, {InputChange::kChanged, "changed"}})
         inputs.push_back({run.name + " " + input.flag + " " + name, [=](Sandbox& sandbox) {
