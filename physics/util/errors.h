@@ -22,8 +22,8 @@ void NoteInput(const std::string& where, const std::string& note);
 
 // The units in which a value would be within [least, most], for the end of an error about a value
 // that is not: "; in cm it would be 0.06 m". Empty where none fits. `unit`: m, cm, mm, inch; kg/m2,
-// g/m2; deg, rad; px/m, px/cm, px/mm, px/inch; N, gf, mN; N/m, gf/cm, kN/m; N*m, uN*m. No other unit
-// has a hint.
+// g/m2; deg, rad; px/m, px/cm, px/mm, px/inch; N, gf, mN; N/m, gf/cm, kN/m; N*m, uN*m. No other
+// unit has a hint.
 std::string UnitHint(double value, const std::string& unit, double least, double most);
 
 // Throws InputError for a value out of its usual range [least, most] that another unit would bring

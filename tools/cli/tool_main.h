@@ -24,7 +24,7 @@ enum ExitCode {
 // The outcome of a program.
 struct ToolOutcome {
   std::string text = {};               // for stdout
-  std::vector<std::string> next = {};  // words of a command that goes on from here, below the text
+  std::vector<std::string> next = {};  // words of a command that continues here, below the text
   bool cancelled = false;              // exit code 130
   std::string failure = {};            // not empty: "tool: failed: …" on stderr and exit code 3
   ExitCode exit_code = kExitOk;        // otherwise

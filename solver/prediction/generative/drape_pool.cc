@@ -328,8 +328,8 @@ bool IsPossible(const PooledDrape& drape) {
   constexpr double kMostCoefficient = 1.1, kMostFolds = 100, kLeastRadius = 0.5, kMostRadius = 1.1;
   const DrapeDiscs discs;
   const FeatureVector& features = drape.shape.features;
-  const double folds = features[1], least = 0.5 * kLeastRadius * discs.support,
-               most = 0.5 * kMostRadius * discs.specimen;
+  const double folds = features[1], least = kLeastRadius * discs.support,
+               most = kMostRadius * discs.specimen;
   bool possible = features[0] > -0.1 && features[0] < kMostCoefficient && folds >= 0 &&
                   folds < kMostFolds && folds == std::round(folds) &&
                   features.tail<kNumBands>().minCoeff() >= 0 &&

@@ -80,7 +80,8 @@ TEST_F(OutputFolders, TouchNothingThatALinkLeadsTo) {
   std::filesystem::create_directory(Path("victim"));
   Write("victim/theirs.json", "theirs");
   std::filesystem::create_directory(Path("out"));
-  std::filesystem::create_directory_symlink(Path("victim"), Path("out/.drapefit_0123456789abcdef.tmp"));
+  std::filesystem::create_directory_symlink(Path("victim"),
+                                            Path("out/.drapefit_0123456789abcdef.tmp"));
   std::filesystem::create_symlink(Path("victim/theirs.json"), Path("out/a.json"));
   const OutputFolder out(Path("out"));
   WriteFileAtomically(out.Staged("a.json"), "a");

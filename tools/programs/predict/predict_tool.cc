@@ -387,7 +387,8 @@ ToolOutcome Run(const PredictToolOptions& options, const RunControl& control) {
   WritePng(ComputeMean(run), out.Staged("mean_image.png"), run.prediction.discs);
   WritePredictedOutlines(out.Staged(kOutlinesFile), run);
   if (options.keep_meshes) WriteMeshes(run, out);
-  if (run.learned) WriteDistributionFit(out.Staged("specimens.json"), run.learned->fit);
+  if (options.learn && run.learned)
+    WriteDistributionFit(out.Staged("specimens.json"), run.learned->fit);
   if (run.calibration && run.scene.fabric.kind == "table") WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);
   out.Publish();

@@ -41,7 +41,7 @@ class BenchTool : public ToolFixture {
   // The cell file of the reference of the cloth.
   std::string ReferenceFile() const {
     for (const auto& [file, text] : Snapshot(Path("out/cells")))
-      if (text.find("reference of wool_red") != std::string::npos) return file;
+      if (text.find("bench_reference") != std::string::npos) return file;
     return "";
   }
 
