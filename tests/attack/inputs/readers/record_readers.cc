@@ -61,7 +61,7 @@ std::vector<Reader> MakeCheckpointReaders(const std::string& scratch) {
 
 // The file of a finished cell, which a study takes over.
 std::vector<Reader> MakeCellReaders(const std::string& scratch) {
-  constexpr StoredFormat kCellFormat = {"drapefit-cell", 2};
+  constexpr StoredFormat kCellFormat = {"drapefit-cell", 3};
   const auto study = std::make_shared<Study>();
   study->name = "race";
   study->settings = {{"budget", 20}};
@@ -98,7 +98,7 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
            .read = read,
            .seal =
                [](const json& members) {
-                 return StoredJsonText({"drapefit-cell", 2}, members);
+                 return StoredJsonText({"drapefit-cell", 3}, members);
                },
            .impossible = {{"/result", "[]"},
                           {"/result", "null"},
@@ -107,7 +107,7 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
                           {"/result/rms_px/1", "-0.5"},
                           {"/result/outcome", "\"wonderful\""},
                           {"/result/outcome", "3"},
-                          {"/key/cell", "\"another\""}}}};
+                          {"/key/study", "\"another\""}}}};
 }
 
 }  // namespace
