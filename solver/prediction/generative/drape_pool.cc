@@ -331,7 +331,7 @@ bool IsPossible(const PooledDrape& drape) {
   const double folds = features[1], least = kLeastRadius * discs.support,
                most = kMostRadius * discs.specimen;
   bool possible = features[0] > -0.1 && features[0] < kMostCoefficient && folds >= 0 &&
-                  folds < kMostFolds && folds == std::round(folds) &&
+                  folds < kMostFolds && std::abs(folds - std::round(folds)) < 1e-6 &&
                   features.tail<kNumBands>().minCoeff() >= 0 &&
                   drape.shape.radius.minCoeff() >= least && drape.shape.radius.maxCoeff() <= most;
   for (int k = 0; k < kSpecimenNumbers; ++k)

@@ -138,7 +138,7 @@ class StudyRun {
     const JsonInput input(stored, path);
     if (input.At("key").value() != key) input.At("key").Fail("that of the cell of this name");
     const JsonInput result = input.At("result");
-    CheckResult(result.ExpectObject());
+    CheckResult(result);
     const std::vector<std::string>& words = study_.outcomes;
     if (!words.empty() && result.Has("outcome") &&
         std::find(words.begin(), words.end(), result.At("outcome").String()) == words.end())

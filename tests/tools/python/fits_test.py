@@ -65,7 +65,7 @@ class FitsTest(PythonTest):
 
     def test_bad_input_is_a_value_error_of_one_line(self):
         self.assert_refused("found nothing", drapefit.fit, [], self.wool)
-        self.assert_refused("No such file", drapefit.fit, "absent.png", self.wool)
+        self.assert_refused("no such file", drapefit.fit, "absent.png", self.wool)
         self.assert_refused("fit: unknown option 'colour'", drapefit.fit, [], self.wool, colour=1)
         self.assert_refused("fit: unknown option 'out'", drapefit.fit, [], self.wool, out="out")
         self.assert_refused("option 'mesh_size'", drapefit.fit, [], self.wool, mesh_size=[1, 2])

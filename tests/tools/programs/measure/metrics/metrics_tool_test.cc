@@ -201,7 +201,7 @@ TEST_F(MetricsTool, MeshesAreCheckedAsPicturesAre) {
   ExpectOneLineError(Run({write("small.ply", [](const Eigen::Vector3d& p) { return 0.9 * p; })}),
                      "of the centre, expected at least 86 with a support of 90 mm");
   const std::string deep = write("deep.stl", [](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(p.x(), p.y(), 4 * p.z());
+    return Eigen::Vector3d(1.4 * p.x(), 1.4 * p.y(), 4 * p.z());
   });
   for (const std::vector<std::string>& operands :
        {std::vector{deep}, std::vector{Path("a.obj"), deep}})

@@ -408,7 +408,8 @@ TEST_F(ReportTest, LargePicturesAreShownSmaller) {
 
 TEST_F(ReportTest, RefusesOtherFolders) {
   const std::string out = "--out=" + Path("report.html");
-  Write("report.html", "earlier");
+  const std::string earlier = "<!doctype html>earlier";
+  Write("report.html", earlier);
   std::filesystem::create_directories(Path("empty"));
   std::filesystem::create_directories(Path("broken"));
   Write("broken/summary.json", "{\"tool\": ");
@@ -417,7 +418,7 @@ TEST_F(ReportTest, RefusesOtherFolders) {
   ExpectOneLineError(RunProcess({kReport, Path("broken"), out}), "summary.json");
   ExpectOneLineError(RunProcess({kReport, Path("report.html"), out}), "is not a folder");
   ExpectOneLineError(RunProcess({kReport, out}), "expected at least one folder");
-  EXPECT_EQ(Read(Path("report.html")), "earlier");
+  EXPECT_EQ(Read(Path("report.html")), earlier);
 }
 
 // Without its script, the page has all numbers.
