@@ -2,7 +2,6 @@
 // SIGINT and SIGTERM at random times in every program, with earlier results in its folder. It ends
 // within two seconds with exit code 130, and leaves the earlier results or a valid partial result.
 #include <signal.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstring>
@@ -31,8 +30,7 @@ enum class Around {
   kNothing,
   kEarlyThread,  // a library has started a thread before main, as OpenBLAS does
   kStuckOut,     // nobody reads the output
-  kStuckErr,     // nobody reads the messages
-  kPipe          // an input is a pipe that nobody writes to
+  kStuckErr      // nobody reads the messages
 };
 
 struct Victim {
@@ -130,11 +128,6 @@ void Interrupt(const Campaign& campaign, const Victim& victim, Around around, in
   if (around == Around::kEarlyThread) request.environment["LD_PRELOAD"] = EARLY_THREAD;
   if (around == Around::kStuckOut) request.out = Stream::kStuck;
   if (around == Around::kStuckErr) request.err = Stream::kStuck;
-  if (around == Around::kPipe) {
-    mkfifo((sandbox.folder() + "/pipe.json").c_str(), 0600);
-    request.command = WithoutOption(request.command, "--fabric");
-    request.command.push_back("--fabric=pipe.json");
-  }
   const FolderState before = ReadFolder(sandbox.folder());
   const Outcome outcome = sandbox.Run(request, {.results = {"."}, .may_be_killed = true});
   JudgeAnswer(outcome, &sandbox);
@@ -149,18 +142,14 @@ void AttackInterrupts(Campaign* campaign) {
   std::vector<Attack> attacks;
   for (const Victim& victim : Victims(*campaign))
     for (const int signal : {SIGINT, SIGTERM})
-      for (int i = 0; i < kTrials + 4; ++i) {
+      for (int i = 0; i < kTrials + 3; ++i) {
         const Around around = i < kTrials ? Around::kNothing : Around(i - kTrials + 1);
         if (around == Around::kEarlyThread && !test::kCanLimitMemory) continue;  // of a sanitizer
-        const bool reads =
-            std::any_of(victim.command.begin(), victim.command.end(),
-                        [](const std::string& word) { return word.rfind("--fabric=", 0) == 0; });
-        if (around == Around::kPipe && !reads) continue;
         // Half of them come in the first second: that has most stages.
         const double part = static_cast<double>(random() % 1000) / 1000;
         const double after = kLongest * part * part * test::kSlowdown;
         static const char* const kAround[] = {"", ", a thread before main", ", nobody reads stdout",
-                                              ", nobody reads stderr", ", a pipe as the fabric"};
+                                              ", nobody reads stderr"};
         attacks.push_back(
             {Format("%s, %s after %.3f s%s", victim.command[0].c_str(),
                     signal == SIGINT ? "SIGINT" : "SIGTERM", after, kAround[int(around)]),
