@@ -64,17 +64,22 @@ auto RunUnlocked(const Work& work) {
   return result.get();
 }
 
-// A function that knows no interruption, with copies of its arguments: Ctrl-C leaves it to its
-// thread.
+// Runs work that owns what it reads and has parts that know no interruption: Ctrl-C turns *cancel
+// true and leaves the work to its thread.
+template <class Work>
+auto RunApart(Work work, std::atomic<bool>* cancel = nullptr) {
+  std::packaged_task<decltype(work())()> task(std::move(work));
+  auto result = task.get_future();
+  std::thread(std::move(task)).detach();
+  if (Await(result)) return result.get();
+  if (cancel != nullptr) *cancel = true;
+  throw py::error_already_set();
+}
+
+// A function that knows no interruption, with copies of its arguments.
 template <class Result, class... Args>
 auto Alone(Result (*work)(Args...)) {
-  return [=](const std::decay_t<Args>&... args) {
-    std::packaged_task<Result()> task([=] { return work(args...); });
-    auto result = task.get_future();
-    std::thread(std::move(task)).detach();
-    if (!Await(result)) throw py::error_already_set();
-    return result.get();
-  };
+  return [=](const std::decay_t<Args>&... args) { return RunApart([=] { return work(args...); }); };
 }
 
 Mesh MeshFromArrays(const RowMatrix& vertices, const std::vector<std::array<int, 3>>& faces,
@@ -397,7 +402,8 @@ std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int>
   options.friction = friction;
   options.self_contact = self_contact;
   options.euler.threads = CountThreads(threads);
-  return RunUnlocked([&](const std::atomic<bool>& cancel) {
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
+  const auto work = [=] {
     const std::unique_ptr<Body> wearer = ParseBody(body, pattern.arm_angle);
     const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, edge, file), MakeLaw(law));
     const State start = StartToWear(sewn, *wearer, options);
@@ -410,7 +416,7 @@ std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int>
     double gap = std::numeric_limits<double>::infinity();
     int met = 0;
     const WearResult result = Wear(sewn, fabric.field, *wearer, options, start, 0,
-                                   {.cancel = &cancel}, [&](const WornFrame& frame) {
+                                   {.cancel = cancel.get()}, [&](const WornFrame& frame) {
                                      time.push_back(frame.time);
                                      cloth.push_back(frame.cloth.x);
                                      bodies.push_back(frame.body);
@@ -420,7 +426,8 @@ std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int>
     if (result.status == WearStatus::kFailed) throw std::runtime_error(result.reason);
     return std::make_tuple(time, Rows(cloth), ListTriangles(sewn.model->mesh), Rows(bodies),
                            wearer->triangles(), gap, met);
-  });
+  };
+  return RunApart(work, cancel.get());
 }
 
 }  // namespace
