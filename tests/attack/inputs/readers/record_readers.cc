@@ -84,7 +84,8 @@ std::vector<Reader> MakeCellReaders(const std::string& scratch) {
   const auto read = [file, run](const std::string& from) {
     const std::string out = from + ".study";
     std::filesystem::create_directories(out + "/cells");
-    std::filesystem::copy_file(from, file(out), std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::remove(file(out));
+    std::filesystem::create_symlink(from, file(out));
     return run(out) ? std::string() : "the study is not complete";
   };
   return {{.name = "cell",
