@@ -416,7 +416,7 @@ cv::Mat1b FillHoles(const cv::Mat1b& mask) {
 }
 
 RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
-  constexpr double kUneven = 9.0;      // [Lab units] of the ground, from which on it is refused
+  constexpr double kUneven = 15.0;     // [Lab units] of the ground, from which on it is refused
   constexpr double kLeastShare = 0.8;  // of the outline that is an edge
   constexpr double kLeastDifference = 3.0;  // [Lab units] more than the pieces that noise makes
   const cv::Mat1b border = BorderMask(planes->lab.size());
@@ -455,7 +455,7 @@ RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
                          "ground"};
   }
   rough.ground_noise = ground.noise;
-  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, RoundElement(2));
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, RoundElement(rough.has_lines() ? 4 : 2));
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, RoundElement(2));
   rough.pieces = mask | disc;
   rough.mask = PickCloth(rough.pieces, &rough.notes);

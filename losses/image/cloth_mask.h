@@ -94,6 +94,9 @@ struct RoughCloth {
   double ground_noise = 0.0;  // robust standard deviation of the border [Lab units]
   bool has_frame = false;     // the ground is a light table
   std::vector<std::string> notes;  // on what was left out
+
+  // Returns whether the ground is ruled, say: its lines, which are thin, may look like cloth.
+  bool has_lines() const { return ground_noise > 5.0; }
 };
 RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes);
 

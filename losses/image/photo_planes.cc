@@ -158,12 +158,12 @@ double PhotoPlanes::WorkingBlur(double blur_of_photo) const {
 }
 
 void CheckExposure(const PhotoPlanes& planes) {
-  constexpr double kDarkest = 15;    // L* of the lightest hundredth
+  constexpr double kDarkest = 15;    // L* of the lightest thousandth
   constexpr double kOneColor = 0.2;  // standard deviation [Lab units]
   std::vector<float> lightness;
   for (int row = 0; row < planes.lab.rows; row += 4)
     for (int col = 0; col < planes.lab.cols; col += 4) lightness.push_back(planes.lab(row, col)[0]);
-  const auto high = lightness.begin() + static_cast<long>(0.98 * double(lightness.size()));
+  const auto high = lightness.begin() + static_cast<long>(0.999 * double(lightness.size()));
   std::nth_element(lightness.begin(), high, lightness.end());
   if (*high < kDarkest)
     throw PhotoFailure{PhotoFault::kDark,

@@ -226,7 +226,7 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
     cv::Mat1b moved = cloth.mask.clone();
     cv::Mat1b above = (position.share > 0.5f) / 255;
     above.copyTo(moved, band);
-    cv::morphologyEx(moved, moved, cv::MORPH_OPEN, RoundElement(1));
+    cv::morphologyEx(moved, moved, cv::MORPH_OPEN, RoundElement(rough.has_lines() ? 3 : 1));
     cloth.mask = LargestFilled(ClosedAroundDisc(moved | disc, disc));
   }
   position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));

@@ -153,6 +153,20 @@ TEST(Segmentation, LeavesAShadowOut) {
   EXPECT_THAT(found.segmentation.Notes(), Contains("a shadow beside the cloth is left out"));
 }
 
+void ExpectArea(const GrayImage& image, const Camera& camera) {
+  const Silhouette found = SegmentSilhouette(image, "photo");
+  EXPECT_NEAR(CoverageArea(found.image, camera) / CoverageArea(StarSilhouette(camera), camera), 1,
+              0.01);
+}
+
+// The picture is dark but for a cloth that is a hundredth of it.
+TEST(Segmentation, FindsASmallClothOnABlackGround) {
+  Camera camera = PhotographCamera();
+  camera.scale = 420;
+  ExpectArea(PaintStar(camera, [](double, double outside) { return outside < 0 ? 0.6 : 0.05; }),
+             camera);
+}
+
 TEST(Segmentation, RefusesWhatIsNoPieceOfCloth) {
   GrayImage hole = Star(), twins(256, 256), border = Star(), noise(256, 256), speckled = Star();
   FillRectangle(&hole, 90, 90, 75, 75, 0.0f);
