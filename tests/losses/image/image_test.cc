@@ -104,7 +104,7 @@ TEST_F(ImageFile, WritePngRoundTrip) {
 }
 
 TEST_F(ImageFile, RejectsFilesThatAreNoImages) {
-  ExpectBad(folder_ / "missing.jpg", "No such file");
+  ExpectBad(folder_ / "missing.jpg", "no such file");
   ExpectBad(folder_.path(), "is a folder");
   WriteAll(folder_ / "empty.png", {});
   ExpectBad(folder_ / "empty.png", "is empty");
