@@ -73,7 +73,7 @@ echo "$verb \$*" >>"$scratch/calls"
 for word; do case \$word in --out=*.html) : >"\${word#--out=}" ;;
   --out=*) mkdir -p "\${word#--out=}"
     hash=\$(sha256sum <"$scratch/input_$verb" | cut -d' ' -f1)
-    echo "{\"provenance\": {\"configs\": [], \"inputs\":
+    echo "{\"words\": \"\$*\", \"provenance\": {\"configs\": [], \"inputs\":
       [{\"path\": \"$scratch/input_$verb\", \"sha256\": \"\$hash\"}]}}" \
       >"\${word#--out=}/summary.json" ;; esac; done
 END
@@ -161,7 +161,7 @@ for number in INT TERM; do
   PATH=$scratch/scripts:$PATH interrupt $number share/drapefit/started \
     "$source/tools/quickstart" --installed "$scratch/quick"
   for i in $(seq 101); do
-    kill -0 "$(cat share/drapefit/started)" 2>/dev/null || break
+    case $(ps -o stat= -p "$(cat share/drapefit/started)") in '' | Z*) break ;; esac
     [ "$i" -le 100 ] || fail "the quickstart left a process after SIG$number"
     sleep 0.01
   done

@@ -142,7 +142,7 @@ const BadImage kBadImages[] = {
     {"NotAnImage", [](const std::string& path) { std::ofstream(path) << "hello"; }, "bad.png"},
     {"OnePixel", [](const std::string& path) { WritePng(GrayImage(1, 1), path); }, "1"},
     {"AllWhite", [](const std::string& path) { WritePng(GrayImage(256, 256), path); },
-     "nothing that could be a cloth"},
+     "the picture is of one colour"},
     {"AllBlack", [](const std::string& path) { WritePng(GrayImage(256, 256, 1), path); },
      "bad.png"},
     {"TouchesTheBorder", [](const std::string& path) { WritePng(Circle(256, 130), path); },

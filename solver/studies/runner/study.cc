@@ -138,6 +138,7 @@ class StudyRun {
     const JsonInput input(stored, path);
     if (input.At("key").value() != key) input.At("key").Fail("that of the cell of this name");
     const JsonInput result = input.At("result");
+    if (result.value().empty()) result.Fail("what the run has found");
     CheckResult(result);
     const std::vector<std::string>& words = study_.outcomes;
     if (!words.empty() && result.Has("outcome") &&

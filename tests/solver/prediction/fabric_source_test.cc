@@ -237,8 +237,10 @@ TEST_F(FabricSourceTest, BadFilesAreOneClearLine) {
   EXPECT_THAT(error([](auto& f) { f["prior_sd"][1] = -0.5; }), HasSubstr("'prior_sd[1]'"));
   EXPECT_THAT(error([](auto& f) { f["covariance"][4][1] = 9.0; }),
               HasSubstr("'covariance[4][1]': found 9.0, expected a symmetric matrix"));
-  EXPECT_THAT(error([](auto& f) { f["covariance"][2][2] = -1.0; }),
+  EXPECT_THAT(error([](auto& f) { f["covariance"][4][1] = f["covariance"][1][4] = 9.0; }),
               HasSubstr("expected a covariance without negative variances"));
+  EXPECT_THAT(error([](auto& f) { f["covariance"][2][2] = -1.0; }),
+              HasSubstr("key 'covariance[2][2]': found -1.0, expected a number from"));
   EXPECT_THAT(ComputeError(Elements(), [](auto& f) { f["element_sd"][38] = -1.0; }),
               HasSubstr("'element_sd[38]': found -1.0"));
   EXPECT_THAT(

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -217,7 +218,8 @@ class StepRecord {
     record_.update({{"picture", picture}, {"out", MakeUtf8(out_)}});
   }
 
-  std::string Key(const Step& step, const Step* before) const {
+  // before: the steps whose results this one may read.
+  std::string Key(const Step& step, std::span<const Step> before) const {
     std::string key = step.verb + " " + BuildCommit();
     for (const std::string& argument : step.arguments) {
       const std::size_t value = argument.starts_with("--") ? argument.find('=') + 1 : 0;
@@ -228,7 +230,8 @@ class StepRecord {
               : path.starts_with(out_ + "/") ? path.substr(out_.size())
                                              : MakeUtf8(path));
     }
-    return before == nullptr ? key : key + " " + SumOfResult(*before);
+    for (const Step& earlier : before) key += " " + SumOfResult(earlier);
+    return key;
   }
   bool HasDone(const Step& step, const std::string& key) const {
     return record_.value(step.verb, json()) == json{{"key", key}, {"result", SumOfResult(step)}} &&
@@ -401,9 +404,9 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
   fs::create_directories(out, error);
   if (error) throw IoError(out, "cannot be made: " + error.message());
   StepRecord record(out, {picture, config});
-  const Step* before = nullptr;
-  for (const Step& step : steps) {
-    const std::string key = record.Key(step, std::exchange(before, &step));
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const Step& step = steps[k];
+    const std::string key = record.Key(step, {steps.data(), k});
     if (record.HasDone(step, key)) {
       std::printf("drapefit: done before: %s\n", CommandText(step).c_str());
       continue;
