@@ -79,7 +79,7 @@ std::vector<Victim> Victims(const Campaign& campaign) {
   if (fs::exists(campaign.Program("drape_photo")))
     victims.push_back({{},
                        {"drape_photo", std::string(kValid) + "photograph.png", "--marker=none",
-                        "--px_per_m=4000", "--out=out"}});
+                        "--px_per_m=2400", "--out=out"}});
   return victims;
 }
 
