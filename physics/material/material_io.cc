@@ -105,7 +105,7 @@ std::string FindMaterialFile(const std::string& path) {
       throw InputError(path, "no such file; a fabric of the data set is named by --data_fabric");
     return path;
   }
-  const std::string file = path + "/material.json";
+  std::string file = path + "/material.json";
   if (!std::filesystem::exists(file, ignored))
     throw InputError(path, "found no material.json, expected the results of drape_fit");
   return file;

@@ -22,7 +22,7 @@ struct InputFile {
   std::uintmax_t bytes = 0;
   std::string sha256;  // of its bytes, 64 hexadecimal digits
 
-  auto operator<=>(const InputFile&) const = default;
+  auto operator<=>(const InputFile&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 InputFile DescribeInput(const std::string& path, std::string_view content);
 

@@ -179,7 +179,8 @@ class InterruptWatch {
   ~InterruptWatch() {
     ended_ = true;
     if (!thread_.joinable()) return;
-    pthread_kill(thread_.native_handle(), SIGTERM);  // wakes it up
+    // Wakes it up.
+    pthread_kill(thread_.native_handle(), SIGTERM);  // NOLINT(bugprone-bad-signal-to-kill-thread)
     thread_.join();
     watcher = 0;
     const sigset_t signals = CancelSignals();
@@ -322,7 +323,7 @@ ToolOutcome RunWithProgress(const std::string& tool,
   std::condition_variable_any changed;
   bool has_reported = false;
   // Shows that a run is alive that reads large files before its first report.
-  const auto wait = [&](std::stop_token ended) {
+  const auto wait = [&](const std::stop_token& ended) {
     std::unique_lock lock(mutex);
     while (!changed.wait_for(lock, ended, kReadingInterval, [&] { return has_reported; }) &&
            !ended.stop_requested())
@@ -390,7 +391,7 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
 fs::path FindScript(const std::string& installed, const std::string& source) {
   std::error_code ignored;
   const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  const fs::path shared = programs.parent_path() / "share/drapefit" / installed;
+  fs::path shared = programs.parent_path() / "share/drapefit" / installed;
   if (fs::exists(shared, ignored)) return shared;
   for (fs::path folder = programs; folder.has_relative_path(); folder = folder.parent_path())
     if (fs::exists(folder / source, ignored)) return folder / source;
