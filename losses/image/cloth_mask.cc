@@ -102,7 +102,7 @@ cv::Mat1b PickCloth(const cv::Mat1b& mask, std::vector<std::string>* notes) {
                        "nothing differs from the ground, expected one piece of cloth on a plain "
                        "ground"};
   const MaskPart& cloth = NearestPart(labels, parts);
-  const cv::Mat1b picked = FillHoles((labels == cloth.label) / 255);
+  cv::Mat1b picked = FillHoles((labels == cloth.label) / 255);
   if (const std::string sides = TouchedSides(cloth.box, mask.size()); !sides.empty())
     throw PhotoFailure{PhotoFault::kCroppedCloth,
                        "the cloth touches the edge of the picture at the " + sides +
@@ -353,7 +353,7 @@ cv::Mat1b ReadMask(const std::string& path, const PhotoPlanes& planes) {
                            const_cast<float*>(picture.coverage.data()));
   cv::Mat1f resized;
   cv::resize(coverage, resized, planes.rgb.size(), 0, 0, cv::INTER_AREA);
-  const cv::Mat1b mask = (resized > 0.5f) / 255;
+  cv::Mat1b mask = (resized > 0.5f) / 255;
   if (const double share = cv::mean(mask)[0]; share == 0 || share == 1)
     throw InputError(path, "mask is of one colour, expected black where the cloth is, and white");
   return mask;
