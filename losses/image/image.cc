@@ -47,8 +47,8 @@ uint32_t ReadExifEntry(::ExifData* data, ExifIfd directory, ExifTag tag) {
   return entry->format == EXIF_FORMAT_LONG ? exif_get_long(entry->data, order) : 0;
 }
 
-// What a JPEG, or EXIF data after their own header, say of the camera; the defaults where there are
-// no EXIF data, where they are damaged, or where they do not say.
+// Reads what a JPEG, or EXIF data after their own header, say of the camera: the defaults where
+// there are no EXIF data, where they are damaged, or where they do not say.
 ExifData ReadExif(const std::vector<uint8_t>& bytes) {
   constexpr uint32_t kMostPixels = 1 << 20;
   const std::unique_ptr<::ExifData, void (*)(::ExifData*)> data(
@@ -219,7 +219,7 @@ bool LooksLikePng(const std::vector<uint8_t>& bytes) {
   return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0;
 }
 
-// What the eXIf chunk says of the camera; the defaults without one.
+// Reads what the eXIf chunk says of the camera: the defaults without one.
 ExifData ReadPngExif(const std::string& png) {
   const std::vector<std::string> chunks = ReadChunks(png, "eXIf");
   if (chunks.empty()) return {};

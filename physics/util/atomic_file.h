@@ -84,9 +84,9 @@ std::string ReadOwnFile(const std::string& path);
 // the inputs of a run. To be called while no other thread reads.
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer);
 
-// What this thread has read by ReadWholeFile since the object was made, in its order: a file that
-// is read twice is there twice, so that the list tells which file was read as what. A record that
-// is made within the life of another one fills both.
+// The files that this thread has read by ReadWholeFile since the object was made, in order: a file
+// that is read twice is there twice, so that the list tells which file was read as what. A record
+// that is made within the life of another one fills both.
 class ReadRecord {
  public:
   struct File {

@@ -37,7 +37,7 @@ struct Study {                   // NOLINT(bugprone-exception-escape)
   nlohmann::json settings = {};  // what all cells have in common: numbers and names, no paths
   std::vector<ReadRecord::File> files = {};  // those that every cell reads
   std::vector<StudyCell> cells = {};         // of different names
-  // What the member "outcome" of a result may say; empty: anything.
+  // Words that the member "outcome" of a result may hold; empty: any.
   std::vector<std::string> outcomes = {};
   // Where given, is called before a cell runs, for what several cells share: in this process, so
   // that its memory counts for no cell. Returns false when it was cancelled.
@@ -47,7 +47,7 @@ struct Study {                   // NOLINT(bugprone-exception-escape)
   // neither is ever stored. May be called by several threads at once.
   std::function<std::optional<nlohmann::json>(std::size_t cell, const RunControl& control)> run =
       {};
-  // Where given, returns whether what a finished cell has beside its stored result is still its
+  // Returns, where given, whether what a finished cell has beside its stored result is still its
   // own; where it is not, the cell runs again.
   std::function<bool(std::size_t cell, const nlohmann::json& result)> is_whole = {};
 };

@@ -25,7 +25,7 @@ constexpr double kPromised = 2.0;          // from the signal to the end [s]
 constexpr double kMargin = 0.2;            // of the attack's own polls [s]
 constexpr double kPatience = 20.0;         // then the program is killed [s]
 
-// What is unusual about the run.
+// Surroundings of the run.
 enum class Around {
   kNothing,
   kEarlyThread,  // a library has started a thread before main, as OpenBLAS does

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each reader must refuse: JSON nested too deep, impossible values of stored files with the
-// right checksum, and pipes, devices and links in place of a file.
+// Contents that each reader must refuse: JSON nested too deep, impossible values of stored files
+// with the right checksum, and pipes, devices and links in place of a file.
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -47,7 +47,7 @@ std::vector<Refused> NoFiles() {
           {"a link to a folder", link("/")}};
 }
 
-// As a whole, and in place of each member of an object.
+// Nests the whole, and each member of an object.
 std::vector<Refused> NestedJson(const Reader& reader) {
   const std::string deep = std::string(kDepth, '[') + std::string(kDepth, ']'), mark = "@deep@";
   std::vector<Refused> all = {Text("nested lists", deep)};

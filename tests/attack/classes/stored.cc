@@ -164,7 +164,7 @@ std::string FirstFile(const std::string& folder) {
   return first;
 }
 
-// What a run has stored, made when it is first needed.
+// The folder that a run has stored, made when it is first needed.
 class LazyStored {
  public:
   LazyStored(const Campaign& campaign, const ResumableRun& run) : campaign_(campaign), run_(run) {}
@@ -222,7 +222,7 @@ std::set<std::string> ListCells(const std::string& out, const ResumableRun& run)
   return cells;
 }
 
-// Whether each input that a result names has the contents that it states.
+// Checks that each input that a result names has the contents that it states.
 void CheckProvenance(Sandbox* sandbox) {
   for (const fs::directory_entry& file : fs::directory_iterator(sandbox->folder() + "/out")) {
     if (file.path().extension() != ".json") continue;
@@ -289,7 +289,7 @@ void TryFullDisk(const Campaign& campaign, const StoredFolder& stored, int kilob
 
 using StoredRuns = std::vector<std::shared_ptr<LazyStored>>;
 
-// Of AllResumableRuns; the classes of a campaign share them.
+// The runs of AllResumableRuns; the classes of a campaign share them.
 const StoredRuns& AllStored(const Campaign& campaign) {
   static const StoredRuns all = [&] {
     StoredRuns runs;

@@ -73,7 +73,7 @@ TEST(FormatBeyond, TellsAValueFromItsLimit) {
   EXPECT_EQ(FormatBeyond(3, 3, 0), "3.000000000000");
 }
 
-// What a shell makes of a line.
+// Returns the words that a shell makes of a line.
 TEST(ShellLine, IsReadAsItsWords) {
   EXPECT_EQ(ShellLine({"drape_fit", "--images=a.png"}), "drape_fit --images=a.png");
   for (const std::string& word :

@@ -21,7 +21,7 @@ class Body {
   // Counter-clockwise as seen from outside.
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
   int num_vertices() const { return num_vertices_; }
-  // Of a user's body: how many files it has, and when the last of them is [s]; else 0.
+  // The number of files of a user's body, and the time of the last one [s]; else 0.
   int num_files() const { return num_files_; }
   double rests_after() const { return rests_after_; }
 
