@@ -16,7 +16,7 @@ struct ResumableRun {
 };
 const std::vector<ResumableRun>& ResumableRuns();
 
-// These and further ones, which are known by their inputs alike.
+// Lists these runs and further ones, which are known by their inputs alike.
 std::vector<ResumableRun> AllResumableRuns();
 
 // The command that continues a run.

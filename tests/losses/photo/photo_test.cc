@@ -248,7 +248,7 @@ TEST(Photo, RefusesContradictoryOptions) {
   expect_mask({1000, 750, 1.0f}, "mask is of one colour");
 }
 
-// By name, and before any work on them.
+// Pictures that show nothing are refused by name, before any work on them.
 TEST(Photo, RefusesPicturesThatShowNothing) {
   const auto expect = [](int width, int height, uint8_t grey, PhotoFault fault) {
     const RgbImage image{width, height, std::vector<uint8_t>(size_t(3) * width * height, grey)};
