@@ -206,11 +206,15 @@ std::vector<LabMeasurement> ReadRawData(const JsonInput& file, const std::string
 // The file of raw data beside a .u3m, whose own weight comes first.
 std::vector<LabMeasurement> ReadU3m(const JsonInput& material, const std::string& path) {
   const JsonInput physics = material.At("material").At("physics");
-  const std::string raw =
-      (fs::path(path).parent_path() / physics.At("devices").At("fab").String()).string();
+  const double density = Density(physics, "weight");
+  const JsonInput fab = physics.At("devices").At("fab");
+  const std::string raw = (fs::path(path).parent_path() / fab.String()).string();
+  std::error_code unknown;
+  const fs::file_type kind = fs::status(raw, unknown).type();
+  if (kind == fs::file_type::not_found || kind == fs::file_type::directory)
+    fab.Fail("the path of a file of raw data, relative to this one");
   const nlohmann::json document = ReadJsonFile(raw);
   std::vector<LabMeasurement> strips = ReadRawData(JsonInput(document, raw), raw);
-  const double density = Density(physics, "weight");
   if (density > 0.0 && density != strips[0].density && strips[0].density > 0.0)
     NoteInput(path, Format("weight is %g g/m2, which is used; M of %s is %g", 1e3 * density,
                            raw.c_str(), 1e3 * strips[0].density));

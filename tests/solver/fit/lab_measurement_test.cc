@@ -195,9 +195,12 @@ TEST_F(FabMeasurementFile, BadFilesAreNamed) {
          "distance and force rise");
   expect("/raw_data/B/S2/samplesTree/0", {8.0, 1.0, 8.1}, "pairs of distance and force");
   expect("/raw_data/B/S2/samplesTree/0/3", "x", "samplesTree[0][3]");
-  Write("lost.u3m",
-        R"({"schema": "1.1", "material": {"physics": {"devices": {"fab": "no.json"}}}})");
-  EXPECT_INPUT_ERROR(ReadLabMeasurements(Path("lost.u3m")), "no.json");
+  for (const std::string missing : {"no.json", ""}) {
+    const std::string lost =
+        Write("lost.u3m", R"({"schema": "1.1", "material": {"physics": {"devices": {"fab": ")" +
+                              missing + "\"}}}}");
+    EXPECT_INPUT_ERROR(ReadLabMeasurements(lost), "lost.u3m: key 'material.physics.devices.fab'");
+  }
   Write("bare.u3m", R"({"schema": "1.1", "material": {"physics": {}}})");
   EXPECT_INPUT_ERROR(ReadLabMeasurements(Path("bare.u3m")), "devices");
 }
