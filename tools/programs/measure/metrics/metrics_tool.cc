@@ -16,6 +16,7 @@
 #include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
+#include "losses/outline/measured_surface.h"
 #include "losses/outline/outline.h"
 #include "physics/mesh/scan_io.h"
 #include "physics/util/atomic_file.h"
@@ -72,53 +73,24 @@ bool IsFolder(const std::string& path) {
   return fs::is_directory(path);
 }
 
-constexpr double kCm2 = 1e-4;
-
-double SurfaceArea(const ObjSurface& surface) {  // [m²]
-  const auto at = [&](int v) { return Eigen::Vector3d(surface.x.segment<3>(3 * Eigen::Index(v))); };
-  double area = 0.0;
-  for (const auto& [a, b, c] : surface.triangles)
-    area += 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).norm();
-  return area;
-}
-
-// Throws InputError for a mesh that is not of the size of a drape, as in another unit, not seen
-// from above, or larger than the flat cloth, which hardly stretches.
-void CheckMeshIsDrape(const ObjSurface& surface, const DrapeDiscs& discs, const std::string& path) {
-  const double least = 2 * kLeastRadius * discs.support, most = 2 * kLargestRadius * discs.specimen;
-  const Eigen::Vector3d size = Extents(surface);
-  const double width = size.maxCoeff();
-  if (width < least || width > most)
-    throw InputError(path, Format("the mesh is %.4g m wide, expected %.2f … %.2f m of a specimen "
-                                  "of ",
-                                  width, least, most) +
-                               ToString(discs) + UnitHint(width, "m", least, most));
-  if (size.z() > size.head<2>().minCoeff())
-    throw InputError(path, Format("the mesh is %.2f m along x, %.2f m along y and %.2f m along z, "
-                                  "expected a drape that hangs along z: is another axis up?",
-                                  size.x(), size.y(), size.z()));
-  const double area = SurfaceArea(surface),
-               most_area = M_PI * std::pow(kLargestRadius * discs.specimen, 2);
-  if (area > most_area)
-    throw InputError(path, Format("the mesh has a surface of %.0f cm2, expected at most %.0f of a "
-                                  "specimen of ",
-                                  area / kCm2, most_area / kCm2) +
-                               ToString(discs) +
-                               ": are both faces of the cloth in it, or more than the cloth?");
+// Moves the middle of the extents to the origin, but for z.
+void Centre(ObjSurface* surface) {
+  auto x = surface->x.reshaped(3, surface->x.size() / 3);
+  const Eigen::Vector3d middle = 0.5 * (x.rowwise().minCoeff() + x.rowwise().maxCoeff());
+  x.topRows<2>().colwise() -= middle.head<2>();
 }
 
 // A mesh, checked like an image: through an image of it. Its centre is searched for from the middle
 // of its extents.
 ViewedFile ViewMesh(const std::string& path, const View& view) {
   ObjSurface surface = ReadSurface(path);
-  CheckMeshIsDrape(surface, view.discs, path);
   CameraInput input = view.camera;
   const Camera camera = MakeCamera(input, view.discs);
-  if (view.centre == CentreMode::kOutline && !input.gives_camera() && !input.gives_centre()) {
-    auto x = surface.x.reshaped(3, surface.x.size() / 3);
-    const Eigen::Vector3d middle = 0.5 * (x.rowwise().minCoeff() + x.rowwise().maxCoeff());
-    x.topRows<2>().colwise() -= middle.head<2>();
-  }
+  const bool is_free =
+      view.centre == CentreMode::kOutline && !input.gives_camera() && !input.gives_centre();
+  if (is_free) Centre(&surface);
+  const std::vector<std::string> notes = CheckSurface(&surface, view.discs, path);
+  if (is_free) Centre(&surface);
   GrayImage image = ObserveSurface(surface, camera, view.discs, path).image;
   if (!input.gives_camera() && !camera.is_pinhole()) {
     input.scale = camera.scale;
@@ -126,6 +98,7 @@ ViewedFile ViewMesh(const std::string& path, const View& view) {
   }
   MeasuredImage measured =
       MeasureImage({std::move(image), {}}, input, view.centre, view.discs, path);
+  measured.quality.notes.insert(measured.quality.notes.end(), notes.begin(), notes.end());
   return {path, ObserveImage(measured.image, measured.camera, view.discs, path), measured.camera,
           std::move(measured.quality), std::move(surface)};
 }
@@ -207,6 +180,7 @@ struct MeasuredDrape {
 };
 
 constexpr double kMm = 1e-3;
+constexpr double kCm2 = 1e-4;
 constexpr double kMm2 = 1e-6;
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kSheetTitle = "The drape, as laboratories report it";
