@@ -439,6 +439,9 @@ RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
       chosen = FindOutline(*planes, border, ground, &disc);
     }
     if (chosen.has_shadow) rough.notes.emplace_back("a shadow beside the cloth is left out");
+    if (chosen.may_lack_shade)
+      rough.notes.emplace_back(
+          "cloth and ground are of one hue: a part of the cloth in shade may pass for a shadow");
     if (hints.threshold > 0) {
       const Feature distance = DistanceFeature(WithoutGround(planes->lab, ground));
       double most = 0;

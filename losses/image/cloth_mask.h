@@ -77,6 +77,7 @@ struct ChosenOutline {
   double share = 0.0;     // of the outline that is an edge
   bool is_frame = false;  // a rectangle around all else: the edge of a light table
   bool has_shadow = false;
+  bool may_lack_shade = false;  // a part of the cloth in shade may pass for a shadow
 };
 ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& features,
                             const cv::Mat1f& unshadowed, const cv::Mat1b& disc, double noise);
@@ -109,7 +110,7 @@ struct RefinedCloth {
   cv::Mat1f coverage;     // 0 … 1
   double contrast = 0.0;  // median along the outline [Lab units]
   double weak = 0.0;      // share of the outline with little contrast
-  double at_disc = 0.0;   // share of the outline so near to the rim of the disc that both are mixed
+  double mixed_sd = 0.0;  // of the outline [px], by a pattern and colours mixed with the disc's
   double blur = 0.0;      // standard deviation of the edge [px]
 };
 RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,

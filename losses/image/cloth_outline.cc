@@ -116,9 +116,15 @@ bool IsFrame(const Candidate& candidate, const cv::Mat3f& lab) {
   // A drape of four folds fills .93 of the rectangle around it; a table that is cut off may have
   // wide corners.
   const double least = candidate.touches_border ? 0.9 : 0.95;
-  constexpr double kBrighter = 20.0;  // L*
+  constexpr double kBrighter = 20.0;   // L*
+  constexpr double kStraight = 0.005;  // of the length of the outline
+  constexpr size_t kCorners = 8;       // of a table that the picture cuts off on all sides
   const cv::RotatedRect box = cv::minAreaRect(candidate.outline);
-  if (candidate.area < least * box.size.area()) return false;
+  std::vector<cv::Point> polygon;
+  cv::approxPolyDP(candidate.outline, polygon, kStraight * double(candidate.outline.size()), true);
+  const bool is_cut =
+      candidate.touches_border && polygon.size() <= kCorners && cv::isContourConvex(polygon);
+  if (candidate.area < least * box.size.area() && !is_cut) return false;
   cv::Mat1b wider, narrower;
   cv::dilate(candidate.mask, wider, RoundElement(6));
   cv::erode(candidate.mask, narrower, RoundElement(6));
@@ -231,6 +237,7 @@ ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& fe
   constexpr double kMostElongation = 2.1;  // a drape of 36 cm reaches 2 radii of its support
   constexpr double kLeastField = 0.2;      // of the picture, of a light table that is cut off
   constexpr double kNotedShadow = 0.12;    // of the area
+  constexpr double kOneHue = 6.0;          // [Lab units]
   const double shrink = std::min(1.0, kSide / std::max(lab.rows, lab.cols));
   const auto reduced = [&](const auto& picture) {
     auto small = picture.clone();
@@ -267,10 +274,16 @@ ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& fe
   std::erase_if(candidates, [&](const Candidate& c) { return c.share < most - kAlike; });
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
+  // A shade of the cloth has an outline at one threshold alone.
+  const auto is_stable = [&](const Candidate& c) {
+    return std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+             return std::abs(other.area - c.area) < kSameArea * c.area;
+           }) > 1;
+  };
   size_t outermost = 0;
   for (size_t i = 0; i + 1 < candidates.size(); ++i)
     for (size_t k = i + 1; k < candidates.size() && outermost == i; ++k)
-      if (candidates[k].area < (1 - kSameArea) * candidates[i].area &&
+      if (candidates[k].area < (1 - kSameArea) * candidates[i].area && is_stable(candidates[k]) &&
           IsShadow(candidates[i], candidates[k], small_unshadowed, noise)) {
         chosen.has_shadow |= candidates[k].area < (1 - kNotedShadow) * candidates[i].area;
         outermost = i + 1;
@@ -284,6 +297,10 @@ ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& fe
   chosen.feature = features[best->feature];
   chosen.feature.threshold = best->threshold;
   chosen.share = best->share;
+  const cv::Scalar apart =
+      cv::mean(small_lab, best->mask & (1 - small_disc)) - cv::mean(small_lab, 1 - best->mask);
+  chosen.may_lack_shade =
+      chosen.feature.value.data == unshadowed.data && std::hypot(apart[1], apart[2]) < kOneHue;
   chosen.is_frame = IsFrame(*best, small_lab);
   return chosen;
 }

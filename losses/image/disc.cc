@@ -215,14 +215,34 @@ void FindShares(std::vector<Ray>* rays) {
   }
 }
 
-// Whether the light on a ray differs more from that on either side than these from each other.
-bool HasLine(const Ray& ray) {
-  constexpr float kMore = 0.6f;
-  float most = 0;
-  for (const Vector4f& light : ray.light)
-    most = std::max(most, std::min((light.head<3>() - ray.inside).norm(),
-                                   (light.head<3>() - ray.outside).norm()));
-  return most > kMore * (ray.outside - ray.inside).norm();
+// The sample on a ray that differs most from the light on either side, if it does so by more than
+// these differ from each other.
+std::optional<size_t> FindLine(const Ray& ray) {
+  float most = 0.6f * (ray.outside - ray.inside).norm();
+  std::optional<size_t> line;
+  for (size_t i = 0; i < ray.light.size(); ++i) {
+    const Vector3f light = ray.light[i].head<3>();
+    const float apart = std::min((light - ray.inside).norm(), (light - ray.outside).norm());
+    if (apart > most) line = i;
+    most = std::max(most, apart);
+  }
+  return line;
+}
+
+// The places of the lines; the samples become those of their outer edges, where a clear disc ends.
+std::vector<Vector2d> TakeLines(std::vector<Ray>* rays) {
+  std::vector<Vector2d> places;
+  for (Ray& ray : *rays) {
+    ray.samples.setZero();
+    const std::optional<size_t> line = FindLine(ray);
+    if (!line) continue;
+    const Vector3f from = ray.light[*line].head<3>(), to = ray.light.back().head<3>();
+    for (size_t k = *line; k < ray.light.size(); ++k)
+      ray.samples[Eigen::Index(k)] = ShareOfMixture(ray.light[k], from, to - from);
+    const double steps = double(*line) - 0.5 * double(ray.light.size() - 1);
+    places.push_back(ray.middle + steps * kStep * ray.normal);
+  }
+  return places;
 }
 
 struct Steps {
@@ -290,7 +310,7 @@ cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double bl
   return coverage;
 }
 
-RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse) {
+RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse, bool is_on_line) {
   constexpr double kLeastReach = 7.0;     // [px]
   constexpr double kReach = 0.03;         // of the radius
   constexpr double kMostMisfit = 3.0;     // of the median
@@ -306,6 +326,13 @@ RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse) {
   }
   FindShares(&rays);
   RimPoints rim;
+  rim.is_line = is_on_line || std::count_if(rays.begin(), rays.end(), [](const Ray& ray) {
+                                return FindLine(ray).has_value();
+                              }) > kRays / 2;
+  if (rim.is_line) {
+    const std::vector<Vector2d> places = TakeLines(&rays);
+    if (!is_on_line) return LocateRim(photo, FitEllipse(places), true);
+  }
   Steps best;
   for (const double blur : kBlurs) {
     const Steps steps = FindSteps(rays, reach, blur);
@@ -317,12 +344,11 @@ RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse) {
   for (size_t i = 0; i < rays.size(); ++i) {
     const StepFinder::Step& step = best.of_ray[i];
     if (step.at_limit || step.misfit > kMostMisfit * best.misfit ||
-        contrasts[i] < kLeastContrast * contrast)
+        (!rim.is_line && contrasts[i] < kLeastContrast * contrast))
       continue;
     rim.points.push_back(rays[i].middle + step.place * rays[i].normal);
   }
   rim.share = double(rim.points.size()) / kRays;
-  rim.is_line = std::count_if(rays.begin(), rays.end(), HasLine) > kRays / 2;
   return rim;
 }
 

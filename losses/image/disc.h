@@ -42,7 +42,7 @@ struct RimPoints {
   double blur = 0.0;     // standard deviation [px]
   bool is_line = false;  // DiscRim
 };
-RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse);
+RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse, bool is_on_line = false);
 
 // Finds the rim again, in the photograph at its full size, where the cloth beside it is wide enough
 // not to mix its colour with the ground's. `mask`: the cloth in the working picture.

@@ -179,11 +179,15 @@ void CheckExposure(const PhotoPlanes& planes) {
 
 void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
+  constexpr double kReach = 0.03;  // of the cloth's side: what is farther inside hides no edge
   cv::Mat1b white;
   cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), white);
   // Back light, or a white ground.
   if (cv::mean(white, BorderMask(white.size()))[0] / 255 > kMostOfGround) return;
-  const cv::Mat1b glare = white & (FilledHull(cloth) * 255);
+  cv::Mat1b inner;
+  const double side = std::sqrt(double(cv::countNonZero(cloth)));
+  cv::erode(cloth, inner, RoundElement(static_cast<int>(kReach * side)));
+  const cv::Mat1b glare = white & ((FilledHull(cloth) - inner) * 255);
   const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
   if (share <= kMostOfCloth) return;
   throw PhotoFailure{PhotoFault::kGlare,

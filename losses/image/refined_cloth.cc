@@ -101,33 +101,22 @@ Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b&
           ColorAtOutline(colors, outside, 1 - mask, wide.ground)};
 }
 
-// The disc's coverage and its colour near each pixel.
-struct DiscShare {
-  cv::Mat1f coverage;
-  cv::Mat3f color;
-
-  DiscShare(const cv::Mat3f& colors, const cv::Mat1f& coverage_by_disc)
-      : coverage(coverage_by_disc),
-        color(
-            LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowSide(colors)).color) {}
-};
-
 // Each pixel near the outline has the light of disc, cloth and ground by their shares, also
 // where a lens has blurred a strip of cloth between disc and ground; the disc's share is known. The
 // share of disc and cloth together, 0 … 1.
-cv::Mat1f ShareOfLight(const PhotoPlanes& planes, const Sides& sides, const DiscShare& disc,
-                       const cv::Mat1b& band) {
+cv::Mat1f ShareOfLight(const PhotoPlanes& planes, const Sides& sides, const cv::Mat1f& disc,
+                       const cv::Mat3f& disc_light, const cv::Mat1b& band) {
   const auto color = [](const cv::Vec3f& light) { return Eigen::Vector3f(light.val); };
   cv::Mat1f share = cv::Mat1f::zeros(band.size());
   for (int row = 0; row < band.rows; ++row)
     for (int col = 0; col < band.cols; ++col) {
       if (!band(row, col)) continue;
       const Eigen::Vector3f ground = color(sides.ground(row, col));
-      const float d = disc.coverage(row, col);
+      const float d = disc(row, col);
       Eigen::Vector4f seen;
       seen << color(planes.light(row, col)), planes.luma(row, col);
       share(row, col) =
-          d + ShareOfMixture(seen, ground + d * (color(disc.color(row, col)) - ground),
+          d + ShareOfMixture(seen, ground + d * (color(disc_light(row, col)) - ground),
                              color(sides.cloth(row, col)) - ground);
     }
   return share;
@@ -152,24 +141,56 @@ Position Locate(const cv::Mat3f& colors, const Sides& sides) {
   return position;
 }
 
+// The same by the nearest of the colours that either side has in the neighbourhood, for a print, of
+// which a part is more like the ground than like its mean, and for a ruled ground.
+Position LocateInPattern(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
+  constexpr int kReach = 21, kStride = 3;  // [px]
+  constexpr size_t kOneOf = 16;            // that is nearer is left out as mixed
+  const cv::Mat1b cloth = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
+  const cv::Mat1b side = (1 - Dilated(mask, kApart)) + 2 * cloth;
+  const cv::Mat1b band = Dilated(mask, kBand) - Eroded(mask, kBand);
+  Position position{cv::Mat1f(mask), cv::Mat1f::zeros(mask.size())};
+  for (int row = 0; row < mask.rows; ++row)
+    for (int col = 0; col < mask.cols; ++col) {
+      if (!band(row, col)) continue;
+      std::vector<float> apart[3];  // from neither, the ground, the cloth
+      for (int r = std::max(row - kReach, 0); r < std::min(row + kReach, mask.rows); r += kStride)
+        for (int c = std::max(col - kReach, 0); c < std::min(col + kReach, mask.cols); c += kStride)
+          apart[side(r, c)].push_back(float(cv::norm(colors(r, c) - colors(row, col))));
+      if (apart[1].empty() || apart[2].empty()) continue;
+      float nearest[3] = {};
+      for (const int i : {1, 2}) {
+        const auto one = apart[i].begin() + long(apart[i].size() / kOneOf);
+        std::nth_element(apart[i].begin(), one, apart[i].end());
+        nearest[i] = *one;
+      }
+      position.contrast(row, col) = nearest[1] + nearest[2];
+      position.share(row, col) = nearest[1] / std::max(position.contrast(row, col), 1e-6f);
+    }
+  return position;
+}
+
+// Whether the mean colours fail to tell cloth and ground apart. The light of a ground's lines
+// counts, too; the cloth's has shades.
+bool HasPattern(const PhotoPlanes& planes, const cv::Mat1b& mask, const cv::Mat1b& disc) {
+  constexpr double kMost = 0.015;  // of the pixels on a side
+  constexpr int kFar = 15;         // [px] from the outline
+  const cv::Mat1b inner = Eroded(mask, kApart) - Eroded(mask, kFar);
+  const cv::Mat1b outer = Dilated(mask, kFar) - Dilated(mask, kApart);
+  const auto share = [&](const cv::Mat3f& colors) {
+    return Locate(colors, WideSides(colors, mask, disc)).share;
+  };
+  const cv::Mat1f by_color = share(planes.lab);
+  return cv::mean(by_color < 0.5f, inner.mul(1 - Dilated(disc, kApart)))[0] > 255 * kMost ||
+         cv::mean(cv::max(by_color, share(planes.light)) > 0.5f, outer)[0] > 255 * kMost;
+}
+
 cv::Mat1b LargestFilled(const cv::Mat1b& mask) {
   cv::Mat1b filled = cv::Mat1b::zeros(mask.size());
   const std::vector<cv::Point> outline = LongestOutline(mask);
   if (!outline.empty())
     cv::drawContours(filled, std::vector<std::vector<cv::Point>>{outline}, 0, 1, cv::FILLED);
   return filled;
-}
-
-cv::Point ComputeMiddle(const cv::Mat1b& mask) {
-  const cv::Moments m = cv::moments(mask, true);
-  return {cvRound(m.m10 / m.m00), cvRound(m.m01 / m.m00)};
-}
-
-// The connected part of a mask that contains a place.
-cv::Mat1b PartAt(const cv::Point& place, const cv::Mat1b& mask) {
-  cv::Mat1i labels;
-  cv::connectedComponents(mask, labels);
-  return (labels == labels(place)) / 255;
 }
 
 // Around the disc its colour is mixed with the cloth's, which may look like the ground: no
@@ -214,27 +235,44 @@ void CheckContrast(const RefinedCloth& cloth, double least, const std::vector<cv
 RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
                          const cv::Mat1f& disc_coverage) {
   constexpr int kRounds = 4, kLightRounds = 2;
+  constexpr double kMixedSd = 1.0, kPatternSd = 0.5;  // [px]
   const cv::Mat1b disc = (disc_coverage > 0.5f) / 255;
   RefinedCloth cloth;
   cloth.mask = rough.mask | disc;
-  if (cv::countNonZero(disc) > 0)
-    cloth.mask = PartAt(ComputeMiddle(disc), cloth.mask | rough.pieces | Dilated(disc, kMixed));
-  Position position;
-  for (int round = 0; round < kRounds; ++round) {
-    position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));
-    const cv::Mat1b band = Dilated(cloth.mask, kBand) - Eroded(cloth.mask, kBand);
-    cv::Mat1b moved = cloth.mask.clone();
-    cv::Mat1b above = (position.share > 0.5f) / 255;
+  if (cv::countNonZero(disc) > 0) {
+    cv::Mat1i labels;
+    cv::connectedComponents(cloth.mask | rough.pieces | Dilated(disc, kMixed), labels);
+    const cv::Moments m = cv::moments(disc, true);
+    cloth.mask = (labels == labels(cvRound(m.m01 / m.m00), cvRound(m.m10 / m.m00))) / 255;
+  }
+  const bool has_pattern = HasPattern(planes, cloth.mask, disc);
+  const auto locate = [&](const cv::Mat3f& colors) {
+    return has_pattern ? LocateInPattern(colors, cloth.mask, disc)
+                       : Locate(colors, WideSides(colors, cloth.mask, disc));
+  };
+  const auto move = [&](const cv::Mat3f& colors, int reach) {
+    const cv::Mat1b band = Dilated(cloth.mask, reach) - Eroded(cloth.mask, reach);
+    cv::Mat1b moved = cloth.mask.clone(), above = (locate(colors).share > 0.5f) / 255;
     above.copyTo(moved, band);
+    cv::Mat1f majority(moved);
+    if (has_pattern) cv::GaussianBlur(majority, majority, {}, 2.0);
+    moved = (majority > 0.5f) / 255;
     cv::morphologyEx(moved, moved, cv::MORPH_OPEN, RoundElement(rough.has_lines() ? 3 : 1));
     cloth.mask = LargestFilled(ClosedAroundDisc(moved | disc, disc));
+  };
+  for (int round = 0; round < kRounds; ++round) move(planes.lab, kBand);
+  const Position position = locate(planes.lab);
+  const cv::Mat3f disc_light =
+      LocalMean(planes.light, Eroded(disc, kApart), WindowSide(planes.light)).color;
+  if (has_pattern) {
+    move(planes.light, 2);
+    cv::GaussianBlur(cv::Mat1f(cloth.mask), cloth.coverage, {}, 1.0);
   }
-  position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));
-  const DiscShare disc_share(planes.light, disc_coverage);
   for (int round = 0; round < kLightRounds; ++round) {
-    const cv::Mat1b band = (Dilated(cloth.mask, 2) | Dilated(disc, kStrip)) - Eroded(cloth.mask, 2);
-    cloth.mask.convertTo(cloth.coverage, CV_32F);
-    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc), disc_share, band)
+    cv::Mat1b band = (Dilated(cloth.mask, 2) | Dilated(disc, kStrip)) - Eroded(cloth.mask, 2);
+    if (has_pattern) band &= Dilated(disc, kStrip);
+    if (!has_pattern) cloth.mask.convertTo(cloth.coverage, CV_32F);
+    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc), disc_coverage, disc_light, band)
         .copyTo(cloth.coverage, band);
     cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
     cloth.mask = LargestFilled((cloth.coverage > 0.5f) / 255);
@@ -242,21 +280,22 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
   const std::vector<cv::Point> outline = LongestOutline(cloth.mask);
   const double least = std::max(kLeastContrast, kContrastOfNoise * rough.ground_noise);
   const cv::Mat1b near_disc = Dilated(disc, kMixed + 1);
+  double at_disc = 0;  // share of the outline
   std::vector<float> contrasts;
   std::vector<cv::Point> weak, clear;
   for (const cv::Point& p : outline) {
-    cloth.at_disc += near_disc(p) / double(outline.size());
+    at_disc += near_disc(p) / double(outline.size());
     if (!near_disc(p)) clear.push_back(p);
     contrasts.push_back(position.contrast(p));
     if (contrasts.back() < least) weak.push_back(p);
   }
   if (contrasts.empty())
     throw PhotoFailure{PhotoFault::kNoCloth, "nothing is left of the cloth near its outline"};
+  cloth.mixed_sd = std::hypot(kMixedSd * at_disc, has_pattern ? kPatternSd : 0.0);
   cloth.contrast = Median(contrasts);
   cloth.weak = double(weak.size()) / double(outline.size());
   CheckContrast(cloth, least, weak);
-  const Sides wide = WideSides(planes.light, cloth.mask, disc);
-  cloth.blur = MeasureBlur(Locate(planes.light, wide).share, clear.empty() ? outline : clear);
+  cloth.blur = MeasureBlur(locate(planes.light).share, clear.empty() ? outline : clear);
   return cloth;
 }
 

@@ -514,7 +514,6 @@ class Development {
   double CoefficientSd(double coefficient, const Eigen::VectorXd& radius) const {
     constexpr double kHem = 0.02;    // of the correction for the hem's heights
     constexpr double kEdge = 0.1;    // of the blur
-    constexpr double kRim = 1.0;     // [px] where cloth and disc are mixed
     constexpr double kFocal = 0.29;  // [mm]
     const double ring =
         M_PI * (discs_.specimen * discs_.specimen - discs_.support * discs_.support);  // [m²]
@@ -525,7 +524,7 @@ class Development {
     const double correction = std::abs(coefficient - result_.plane_coefficient);
     const double focal = options_.focal_35mm > 0 ? options_.focal_35mm : photo_.exif.focal_35mm;
     const double edge =
-        std::hypot(kEdge * result_.blur, kRim * cloth_.at_disc / result_.camera.pixels_per_metre());
+        std::hypot(kEdge * result_.blur, cloth_.mixed_sd / result_.camera.pixels_per_metre());
     return std::hypot(2 * ProfileArea(radius) / ring * scale_sd_, length / ring * edge,
                       correction * std::hypot(kHem, focal > 0 ? kFocal / focal : 0.0));
   }
