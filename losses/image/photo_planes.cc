@@ -180,6 +180,7 @@ void CheckExposure(const PhotoPlanes& planes) {
 void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
   constexpr double kReach = 0.03;  // of the cloth's side: what is farther inside hides no edge
+  constexpr double kMostInside = 0.03;
   cv::Mat1b white;
   cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), white);
   // Back light, or a white ground.
@@ -187,9 +188,11 @@ void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   cv::Mat1b inner;
   const double side = std::sqrt(double(cv::countNonZero(cloth)));
   cv::erode(cloth, inner, RoundElement(static_cast<int>(kReach * side)));
-  const cv::Mat1b glare = white & ((FilledHull(cloth) - inner) * 255);
-  const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
-  if (share <= kMostOfCloth) return;
+  const cv::Mat1b hull = FilledHull(cloth) * 255, glare = white & hull;
+  const double share = cv::countNonZero(glare) / (side * side);
+  if (share <= kMostInside &&
+      cv::countNonZero(glare & (1 - inner) * 255) <= kMostOfCloth * side * side)
+    return;
   throw PhotoFailure{PhotoFault::kGlare,
                      Format("glare: %.1f %% of the cloth is white without detail, expected light "
                             "that is not reflected into the camera",

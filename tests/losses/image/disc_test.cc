@@ -58,6 +58,30 @@ INSTANTIATE_TEST_SUITE_P(Lightings, Rim,
                          testing::Values(Lighting{0.7, 0.04, 0.0}, Lighting{0.03, 0.6, 0.0},
                                          Lighting{0.7, 0.1, 0.01}, Lighting{0.03, 0.3, -0.02}));
 
+// The rim of a clear disc is a dark line, 3 px wide: the disc ends where the line does.
+TEST(ClearDisc, EndsAtTheOuterEdgeOfItsLine) {
+  const RgbImage inner = DiscPicture(0.6, 0.3, 0.9, 0), outer = DiscPicture(0.3, 0.65, 0.9, 0);
+  RgbImage image = outer;
+  constexpr int kWidth = 3;  // [px] by which the inner edge is moved inwards
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col) {
+      const double x = col - kColumn, y = row - kRow, r = std::hypot(x, y);
+      if (r > kRadius - 0.5 * kWidth) continue;
+      const int c = int(std::lround(kColumn + x * (r + kWidth) / std::max(r, 1.0)));
+      const int w = int(std::lround(kRow + y * (r + kWidth) / std::max(r, 1.0)));
+      for (int k = 0; k < 3; ++k)
+        image.rgb[3 * (size_t(row) * image.width + col) + k] =
+            inner.rgb[3 * (size_t(w) * image.width + c) + k];
+    }
+  const RimPoints rim = LocateRim(image, {{80.3f, 71.8f}, {97.0f, 97.0f}, 0});
+  EXPECT_TRUE(rim.is_line);
+  ASSERT_GT(rim.points.size(), 600u);
+  double mean = 0.0;
+  for (const Eigen::Vector2d& p : rim.points)
+    mean += (std::hypot(p.x() - kColumn, p.y() - kRow) - kRadius) / double(rim.points.size());
+  EXPECT_NEAR(mean, 0, 0.3);
+}
+
 TEST(StepFinder, TellsWhereThereIsNoStep) {
   const Eigen::Index count = StepFinder::CountSamples(7, 0.5);
   const StepFinder finder(7, 0.5, 1.0);

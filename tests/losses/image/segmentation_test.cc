@@ -167,6 +167,79 @@ TEST(Segmentation, FindsASmallClothOnABlackGround) {
              camera);
 }
 
+// The light stripes are farther from the mean of all stripes than the ground is.
+TEST(Segmentation, FindsAPrint) {
+  const Camera camera = SmallCamera();
+  GrayImage image = PaintStar(camera, [](double, double outside) { return outside < 0 ? 0 : 0.5; });
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      if (image.at(col, row) == 1.0f) image.at(col, row) = row / 6 % 2 == 0 ? 0.95f : 0.25f;
+  ExpectArea(image, camera);
+}
+
+// The lines are lighter than the cloth, which is lighter than what is between them.
+TEST(Segmentation, FindsClothOnARuledGround) {
+  const Camera camera = SmallCamera();
+  const GrayImage star = StarSilhouette(camera);
+  GrayImage image(camera.width, camera.height);
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      image.at(col, row) = star.at(col, row) > 0.5f       ? 0.4f
+                           : col % 20 < 2 || row % 20 < 2 ? 0.1f
+                                                          : 0.8f;
+  ExpectArea(image, camera);
+}
+
+// A shade of the cloth with an edge of its own, at the disc and on one side, is of the cloth.
+TEST(Segmentation, TakesNoShadeOfTheClothForACloth) {
+  const Camera camera = SmallCamera();
+  GrayImage image = PaintStar(camera, [](double r, double outside) {
+    return r < 0.09 ? 0.1 : outside < 0 ? 0.85 : 0.99;
+  });
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      if (std::hypot(col - camera.cx - 12, camera.cy - row) < 112 && image.at(col, row) < 0.5f)
+        image.at(col, row) = 0.4f;
+  ExpectArea(image, camera);
+}
+
+// A light table that the picture cuts off at all four corners.
+TEST(Segmentation, FindsClothOnATableThatIsCutOff) {
+  const Camera camera = SmallCamera();
+  GrayImage image = PaintStar(camera, [](double r, double outside) {
+    return r < 0.09 ? 0.1 : outside < 0 ? 0.75 : 0.99;
+  });
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      if (std::abs(col - 245) + std::abs(row - 203) > 290) image.at(col, row) = 0.97f;
+  ExpectArea(image, camera);
+}
+
+// A highlight hides the edge of the cloth, not what is farther inside.
+TEST(Segmentation, RefusesGlareAtTheEdgeAlone) {
+  const Camera camera = SmallCamera();
+  const auto with_glare = [&](double place) {
+    GrayImage image =
+        PaintStar(camera, [](double, double outside) { return outside < 0 ? 0.4 : 0.1; });
+    for (int row = 0; row < image.height; ++row)
+      for (int col = 0; col < image.width; ++col)
+        if (std::hypot(col - camera.cx - place * camera.scale, row - camera.cy) < 14)
+          image.at(col, row) = 0.0f;
+    return image;
+  };
+  ExpectArea(with_glare(0.06), camera);
+  ExpectRefused(with_glare(StarRadius(0)), "glare");
+}
+
+// White cloth, of which a flank in shade is as grey as the ground in its shadow.
+TEST(Segmentation, NotesThatAShadeMayPassForAShadow) {
+  const GrayImage image = PaintStar(SmallCamera(), [](double, double outside) {
+    return outside < 0 ? 0.9 : 0.5 - 0.15 * std::exp(-outside / 20);
+  });
+  const Silhouette found = SegmentSilhouette(image, "photo");
+  EXPECT_THAT(found.segmentation.Notes(), Contains(HasSubstr("in shade may pass for a shadow")));
+}
+
 TEST(Segmentation, RefusesWhatIsNoPieceOfCloth) {
   GrayImage hole = Star(), twins(256, 256), border = Star(), noise(256, 256), speckled = Star();
   FillRectangle(&hole, 90, 90, 75, 75, 0.0f);

@@ -336,7 +336,7 @@ INSTANTIATE_TEST_SUITE_P(
                s.stripes = 0.02;
                s.disc = {0.9, 0.9, 0.88};
              }},
-        Kind{"stripes_like_the_ground", PhotoFault::kNotADrape,
+        Kind{"stripes_like_the_ground", PhotoFault::kLowContrast,
              [](PhotoScene& s, Options&) {
                s.stripe = s.ground;
                s.stripes = 0.025;
