@@ -11,7 +11,8 @@ usage: pictures.py all OUT --half=tuning|kept       the three tasks that follow
 
 make simulates the drapes and writes the pictures with reference.json; measure writes
 results_NAME.json; table prints counts by kind, with --list each picture that is not right; sheet
-writes sheet.png, small copies of all pictures. Nobody looks at the kept half while tuning.
+writes sheet.png, small copies of all pictures. Nobody looks at the kept half while tuning; the sets
+"second" and "third" were looked at.
 """
 import argparse
 import collections

@@ -73,7 +73,7 @@ TEST(ClearDisc, EndsAtTheOuterEdgeOfItsLine) {
         image.rgb[3 * (size_t(row) * image.width + col) + k] =
             inner.rgb[3 * (size_t(w) * image.width + c) + k];
     }
-  const RimPoints rim = LocateRim(image, {{80.3f, 71.8f}, {97.0f, 97.0f}, 0});
+  const RimPoints rim = LocateRim(image, {{80.3f, 71.8f}, {95.0f, 95.0f}, 0});
   EXPECT_TRUE(rim.is_line);
   ASSERT_GT(rim.points.size(), 600u);
   double mean = 0.0;
