@@ -171,6 +171,45 @@ std::vector<Candidate> ListCandidates(const cv::Mat3f& lab, const std::vector<Fe
   return candidates;
 }
 
+// Drops what is too long for a drape, unless all is.
+void DropLong(std::vector<Candidate>* candidates) {
+  constexpr double kMostElongation = 2.1;  // a drape of 36 cm reaches 2 radii of its support
+  const auto is_long = [&](const Candidate& c) {
+    return !c.touches_border && Elongation(c.outline) > kMostElongation;
+  };
+  if (!std::all_of(candidates->begin(), candidates->end(), is_long))
+    std::erase_if(*candidates, is_long);
+}
+
+// The outermost of the candidates, by falling area, that is no cloth with its shadow; of those with
+// its area the one that is an edge in the largest part. has_shadow: whether a shadow is left out.
+const Candidate* FindBest(const std::vector<Candidate>& candidates, const cv::Mat1f& unshadowed,
+                          double noise, bool* has_shadow) {
+  constexpr double kSameArea = 0.04;
+  constexpr double kNotedShadow = 0.12;  // of the area
+  // A shade of the cloth has an outline at one threshold alone.
+  const auto is_stable = [&](const Candidate& c) {
+    return std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& other) {
+             return std::abs(other.area - c.area) < kSameArea * c.area;
+           }) > 1;
+  };
+  size_t outermost = 0;
+  for (size_t i = 0; i + 1 < candidates.size(); ++i)
+    for (size_t k = i + 1; k < candidates.size() && outermost == i; ++k)
+      if (candidates[k].area < (1 - kSameArea) * candidates[i].area && is_stable(candidates[k]) &&
+          IsShadow(candidates[i], candidates[k], unshadowed, noise)) {
+        *has_shadow |= candidates[k].area < (1 - kNotedShadow) * candidates[i].area;
+        outermost = i + 1;
+      }
+  const Candidate* best = &candidates[outermost];
+  for (const Candidate& candidate : candidates)
+    if (candidate.area <= candidates[outermost].area &&
+        candidate.area > (1 - kSameArea) * candidates[outermost].area &&
+        candidate.share + 0.01 * candidate.strength > best->share + 0.01 * best->strength)
+      best = &candidate;
+  return best;
+}
+
 }  // namespace
 
 double ShareOfEdge(const std::vector<float>& changes, double least) {
@@ -231,13 +270,10 @@ std::vector<float> EdgeChanges(const cv::Mat3f& lab, const std::vector<cv::Point
 
 ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& features,
                             const cv::Mat1f& unshadowed, const cv::Mat1b& disc, double noise) {
-  constexpr double kSide = 700;    // [px] of the small picture
-  constexpr double kAlike = 0.03;  // of the outline that is an edge
-  constexpr double kSameArea = 0.04;
-  constexpr double kMostElongation = 2.1;  // a drape of 36 cm reaches 2 radii of its support
-  constexpr double kLeastField = 0.2;      // of the picture, of a light table that is cut off
-  constexpr double kNotedShadow = 0.12;    // of the area
-  constexpr double kOneHue = 6.0;          // [Lab units]
+  constexpr double kSide = 700;        // [px] of the small picture
+  constexpr double kAlike = 0.03;      // of the outline that is an edge
+  constexpr double kLeastField = 0.2;  // of the picture, of a light table that is cut off
+  constexpr double kOneHue = 6.0;      // [Lab units]
   const double shrink = std::min(1.0, kSide / std::max(lab.rows, lab.cols));
   const auto reduced = [&](const auto& picture) {
     auto small = picture.clone();
@@ -263,37 +299,14 @@ ChosenOutline ChooseOutline(const cv::Mat3f& lab, const std::vector<Feature>& fe
       chosen.is_frame = true;
       return chosen;
     }
-  const auto is_long = [&](const Candidate& c) {
-    return !c.touches_border && Elongation(c.outline) > kMostElongation;
-  };
-  if (!std::all_of(candidates.begin(), candidates.end(), is_long))
-    std::erase_if(candidates, is_long);
+  DropLong(&candidates);
   if (candidates.empty()) return chosen;
   double most = 0;
   for (const Candidate& candidate : candidates) most = std::max(most, candidate.share);
   std::erase_if(candidates, [&](const Candidate& c) { return c.share < most - kAlike; });
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.area > b.area; });
-  // A shade of the cloth has an outline at one threshold alone.
-  const auto is_stable = [&](const Candidate& c) {
-    return std::count_if(candidates.begin(), candidates.end(), [&](const Candidate& other) {
-             return std::abs(other.area - c.area) < kSameArea * c.area;
-           }) > 1;
-  };
-  size_t outermost = 0;
-  for (size_t i = 0; i + 1 < candidates.size(); ++i)
-    for (size_t k = i + 1; k < candidates.size() && outermost == i; ++k)
-      if (candidates[k].area < (1 - kSameArea) * candidates[i].area && is_stable(candidates[k]) &&
-          IsShadow(candidates[i], candidates[k], small_unshadowed, noise)) {
-        chosen.has_shadow |= candidates[k].area < (1 - kNotedShadow) * candidates[i].area;
-        outermost = i + 1;
-      }
-  const Candidate* best = &candidates[outermost];
-  for (const Candidate& candidate : candidates)
-    if (candidate.area <= candidates[outermost].area &&
-        candidate.area > (1 - kSameArea) * candidates[outermost].area &&
-        candidate.share + 0.01 * candidate.strength > best->share + 0.01 * best->strength)
-      best = &candidate;
+  const Candidate* best = FindBest(candidates, small_unshadowed, noise, &chosen.has_shadow);
   chosen.feature = features[best->feature];
   chosen.feature.threshold = best->threshold;
   chosen.share = best->share;

@@ -230,21 +230,49 @@ void CheckContrast(const RefinedCloth& cloth, double least, const std::vector<cv
                      marks};
 }
 
+// The cloth around the disc, with the pieces of it that the disc joins.
+cv::Mat1b JoinedByDisc(const RoughCloth& rough, const cv::Mat1b& disc) {
+  if (cv::countNonZero(disc) == 0) return rough.mask;
+  cv::Mat1i labels;
+  cv::connectedComponents(rough.mask | disc | rough.pieces | Dilated(disc, kMixed), labels);
+  const cv::Moments m = cv::moments(disc, true);
+  return (labels == labels(cvRound(m.m01 / m.m00), cvRound(m.m10 / m.m00))) / 255;
+}
+
+// Measures the outline of cloth.mask by the contrast of each pixel. Returns the part that is not at
+// the disc, or all of it where there is none. Throws PhotoFailure where the contrast is too low.
+std::vector<cv::Point> MeasureOutline(const cv::Mat1f& contrast, const cv::Mat1b& disc,
+                                      double ground_noise, bool has_pattern, RefinedCloth* cloth) {
+  constexpr double kMixedSd = 1.0, kPatternSd = 0.5;  // [px]
+  const std::vector<cv::Point> outline = LongestOutline(cloth->mask);
+  if (outline.empty())
+    throw PhotoFailure{PhotoFault::kNoCloth, "nothing is left of the cloth near its outline"};
+  const double least = std::max(kLeastContrast, kContrastOfNoise * ground_noise);
+  const cv::Mat1b near_disc = Dilated(disc, kMixed + 1);
+  double at_disc = 0;  // share of the outline
+  std::vector<float> contrasts;
+  std::vector<cv::Point> weak, clear;
+  for (const cv::Point& p : outline) {
+    at_disc += near_disc(p) / double(outline.size());
+    if (!near_disc(p)) clear.push_back(p);
+    contrasts.push_back(contrast(p));
+    if (contrasts.back() < least) weak.push_back(p);
+  }
+  cloth->mixed_sd = std::hypot(kMixedSd * at_disc, has_pattern ? kPatternSd : 0.0);
+  cloth->contrast = Median(contrasts);
+  cloth->weak = double(weak.size()) / double(outline.size());
+  CheckContrast(*cloth, least, weak);
+  return clear.empty() ? outline : clear;
+}
+
 }  // namespace
 
 RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
                          const cv::Mat1f& disc_coverage) {
   constexpr int kRounds = 4, kLightRounds = 2;
-  constexpr double kMixedSd = 1.0, kPatternSd = 0.5;  // [px]
   const cv::Mat1b disc = (disc_coverage > 0.5f) / 255;
   RefinedCloth cloth;
-  cloth.mask = rough.mask | disc;
-  if (cv::countNonZero(disc) > 0) {
-    cv::Mat1i labels;
-    cv::connectedComponents(cloth.mask | rough.pieces | Dilated(disc, kMixed), labels);
-    const cv::Moments m = cv::moments(disc, true);
-    cloth.mask = (labels == labels(cvRound(m.m01 / m.m00), cvRound(m.m10 / m.m00))) / 255;
-  }
+  cloth.mask = JoinedByDisc(rough, disc);
   const bool has_pattern = HasPattern(planes, cloth.mask, disc);
   const auto locate = [&](const cv::Mat3f& colors) {
     return has_pattern ? LocateInPattern(colors, cloth.mask, disc)
@@ -277,25 +305,9 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
     cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
     cloth.mask = LargestFilled((cloth.coverage > 0.5f) / 255);
   }
-  const std::vector<cv::Point> outline = LongestOutline(cloth.mask);
-  const double least = std::max(kLeastContrast, kContrastOfNoise * rough.ground_noise);
-  const cv::Mat1b near_disc = Dilated(disc, kMixed + 1);
-  double at_disc = 0;  // share of the outline
-  std::vector<float> contrasts;
-  std::vector<cv::Point> weak, clear;
-  for (const cv::Point& p : outline) {
-    at_disc += near_disc(p) / double(outline.size());
-    if (!near_disc(p)) clear.push_back(p);
-    contrasts.push_back(position.contrast(p));
-    if (contrasts.back() < least) weak.push_back(p);
-  }
-  if (contrasts.empty())
-    throw PhotoFailure{PhotoFault::kNoCloth, "nothing is left of the cloth near its outline"};
-  cloth.mixed_sd = std::hypot(kMixedSd * at_disc, has_pattern ? kPatternSd : 0.0);
-  cloth.contrast = Median(contrasts);
-  cloth.weak = double(weak.size()) / double(outline.size());
-  CheckContrast(cloth, least, weak);
-  cloth.blur = MeasureBlur(locate(planes.light).share, clear.empty() ? outline : clear);
+  const std::vector<cv::Point> clear =
+      MeasureOutline(position.contrast, disc, rough.ground_noise, has_pattern, &cloth);
+  cloth.blur = MeasureBlur(locate(planes.light).share, clear);
   return cloth;
 }
 

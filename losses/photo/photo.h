@@ -44,30 +44,33 @@ inline DrapeDiscs MakeDiscs(const PhotoOptions& options) {
   return {0.5 * options.specimen, 0.5 * options.support};
 }
 
+// A length of the photograph's objects [m].
+inline Field LengthField(const char* key, const char* doc, double least, double most) {
+  return {.key = key,
+          .doc = doc,
+          .unit = "m",
+          .least = least,
+          .most = most,
+          .usual_least = least,
+          .usual_most = 0.6};
+}
+
 template <MutableOrConst<PhotoOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [marker, specimen, support, disc, disc_height, tag, tag_height, focal_35mm, px_per_m,
          threshold, mask, cloth_points, ground_points] = options;
-  const auto length = [](const char* key, const char* doc, double least, double most) {
-    return Field{.key = key,
-                 .doc = doc,
-                 .unit = "m",
-                 .least = least,
-                 .most = most,
-                 .usual_least = least,
-                 .usual_most = 0.6};
-  };
   visit(marker,
         Field{.key = "marker",
               .doc = "what shows where the camera was: disc: the rim of the disc that lies on the "
                      "cloth over the support; tag: a printed AprilTag (36h11); none: a scan or "
                      "parallel light, of which px_per_m is the scale"});
-  visit(specimen, length("specimen", "diameter of the flat specimen", 0.01, 10));
-  visit(support, length("support", "diameter of the support", 0.005, 10));
-  visit(disc, length("disc", "diameter of the disc that is seen; 0: that of the support", 0, 10));
-  visit(disc_height, length("disc_height", "height of the disc's rim above the cloth", -1, 1));
-  visit(tag, length("tag", "side of the tag's black square", 0, 10));
-  visit(tag_height, length("tag_height", "height of the tag above the support", -10, 10));
+  visit(specimen, LengthField("specimen", "diameter of the flat specimen", 0.01, 10));
+  visit(support, LengthField("support", "diameter of the support", 0.005, 10));
+  visit(disc,
+        LengthField("disc", "diameter of the disc that is seen; 0: that of the support", 0, 10));
+  visit(disc_height, LengthField("disc_height", "height of the disc's rim above the cloth", -1, 1));
+  visit(tag, LengthField("tag", "side of the tag's black square", 0, 10));
+  visit(tag_height, LengthField("tag_height", "height of the tag above the support", -10, 10));
   visit(focal_35mm, Field{.key = "focal_35mm",
                           .doc = "focal length of a 35-mm camera of the same view, 24 to 28 for "
                                  "the main camera of a telephone; 0: that of the file's EXIF data",
