@@ -158,8 +158,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace drape;
   using attack::target;
   const std::string text(reinterpret_cast<const char*>(data), size);
-  // JudgeMessage refuses the word, which a message that quotes the file would show.
-  if (text.find("exception") != std::string::npos) return 0;
+  // JudgeMessage refuses the word, which a message that quotes the file would show, also behind an
+  // escape that ends in its first letter.
+  if (text.find("xception") != std::string::npos) return 0;
   test::WriteQuickly(target.path, attack::Sealed(text));
   const std::vector<std::string> reasons = attack::ReadDamaged(target.reader, target.path);
   for (const std::string& reason : reasons)
