@@ -145,7 +145,7 @@ Position Locate(const cv::Mat3f& colors, const Sides& sides) {
 // which a part is more like the ground than like its mean, and for a ruled ground.
 Position LocateInPattern(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
   constexpr int kReach = 21, kStride = 3;  // [px]
-  constexpr size_t kOneOf = 16;            // that is nearer is left out as mixed
+  constexpr size_t kOneOf = 16;            // the nearest share 1/kOneOf may be mixed
   const cv::Mat1b cloth = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
   const cv::Mat1b side = (1 - Dilated(mask, kApart)) + 2 * cloth;
   const cv::Mat1b band = Dilated(mask, kBand) - Eroded(mask, kBand);
