@@ -36,7 +36,7 @@ OutlineReadout::OutlineReadout(const Mesh& mesh, const Camera& camera, int num_a
   CHECK_GT(num_angles, 0);
 }
 
-bool OutlineReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool OutlineReadout::Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                           ReadoutJacobian* dr_dx) const {
   Outline outline;
   if (!OutlineFromMesh(mesh_, x, camera_, num_angles_, &outline)) return false;
@@ -45,7 +45,7 @@ bool OutlineReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd
   return true;
 }
 
-bool PositionReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool PositionReadout::Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                            ReadoutJacobian* dr_dx) const {
   if (!x.allFinite()) return false;
   *r = x;
@@ -58,11 +58,11 @@ bool PositionReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorX
 FeatureReadout::FeatureReadout(const Mesh& mesh, const DrapeDiscs& discs)
     : discs_(discs), above_(CameraAbove(discs)), outline_(mesh, above_, kProfileAngles) {}
 
-bool FeatureReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool FeatureReadout::Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                           ReadoutJacobian* dr_dx) const {
   Eigen::VectorXd pixels;
   ReadoutJacobian by_x;
-  if (!outline_.Read(i, x, &pixels, dr_dx != nullptr ? &by_x : nullptr)) return false;
+  if (!outline_.Read(x, &pixels, dr_dx != nullptr ? &by_x : nullptr)) return false;
   const Eigen::VectorXd radius = MetresFromPixels(pixels, above_);
   *r = ListShapeFeatures(MeasureShape(radius, discs_));
   if (dr_dx == nullptr) return true;
@@ -77,7 +77,7 @@ SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, const Camera& camera,
   CHECK_GT(options.half_width, 0);
 }
 
-bool SilhouetteReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+bool SilhouetteReadout::Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                              ReadoutJacobian* dr_dx) const {
   SoftSilhouette silhouette;
   if (!RenderSoft(mesh_, x, camera_, options_, &silhouette)) return false;

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
-#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -17,15 +16,16 @@ namespace drape {
 // ∂r/∂x, shape [K, 3V].
 using ReadoutJacobian = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-// The numbers that a loss reads from the shapes of a batch: K numbers of each shape.
+// The numbers that a loss reads from a shape of a cloth.
 class Readout {
  public:
   virtual ~Readout() = default;
-  // K, which is the same for all rollouts.
+  // K, which is the same for all shapes.
   virtual int size() const = 0;
-  // Computes r(x) of a shape x [3V] of rollout i, shape [K], and its Jacobian unless dr_dx is null.
-  // Returns false where the shape cannot be read. May be called from several threads at a time.
-  [[nodiscard]] virtual bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+  // Computes r(x) of a shape x [m], shape [3V], in shape [K], and its Jacobian unless dr_dx is
+  // null. Returns false where the shape cannot be read. May be called from several threads at a
+  // time.
+  [[nodiscard]] virtual bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
 };
 
@@ -36,8 +36,7 @@ class OutlineReadout final : public Readout {
   // `mesh` must outlive the object.
   OutlineReadout(const Mesh& mesh, const Camera& camera, int num_angles);
   int size() const override { return num_angles_; }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override;
+  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override;
 
  private:
   const Mesh& mesh_;
@@ -50,8 +49,7 @@ class PositionReadout final : public Readout {
  public:
   explicit PositionReadout(const Mesh& mesh) : size_(static_cast<int>(mesh.rest_x.size())) {}
   int size() const override { return size_; }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override;
+  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override;
 
  private:
   int size_;
@@ -65,8 +63,7 @@ class FeatureReadout final : public Readout {
   // `mesh` must outlive the object.
   FeatureReadout(const Mesh& mesh, const DrapeDiscs& discs);
   int size() const override { return kNumShapeFeatures; }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override;
+  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override;
 
  private:
   DrapeDiscs discs_;
@@ -80,8 +77,7 @@ class SilhouetteReadout final : public Readout {
   // `mesh` must outlive the object.
   SilhouetteReadout(const Mesh& mesh, const Camera& camera, const SoftSilhouetteOptions& options);
   int size() const override { return camera_.width * camera_.height; }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override;
+  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override;
 
  private:
   const Mesh& mesh_;

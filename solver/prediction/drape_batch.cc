@@ -135,7 +135,7 @@ RowMatrix DrapeBatch::Read(const Readout& readout) const {
   RowMatrix all = NotANumber(readout.size());
   Eigen::VectorXd r;
   for (const int i : ListFound())
-    if (readout.Read(i, ends_[i].x, &r, nullptr)) all.row(i) = r;
+    if (readout.Read(ends_[i].x, &r, nullptr)) all.row(i) = r;
   return all;
 }
 
@@ -167,7 +167,7 @@ RowMatrix DrapeBatch::Jvp(const Readout& readout, DrapeInputs change,
     const Eigen::VectorXd dx = Move(i, change, own, cancel);
     Eigen::VectorXd r;
     ReadoutJacobian dr_dx;
-    if (dx.size() > 0 && readout.Read(i, ends_[i].x, &r, &dr_dx)) all.row(i) = dr_dx * dx;
+    if (dx.size() > 0 && readout.Read(ends_[i].x, &r, &dr_dx)) all.row(i) = dr_dx * dx;
   });
   return all;
 }
@@ -181,7 +181,7 @@ DrapeInputs DrapeBatch::Vjp(const Readout& readout, const RowMatrix& dL_dr,
   for (const int i : ListFound()) {
     Eigen::VectorXd r;
     ReadoutJacobian dr_dx;
-    if (!readout.Read(i, ends_[i].x, &r, &dr_dx)) continue;
+    if (!readout.Read(ends_[i].x, &r, &dr_dx)) continue;
     readable.push_back(i);
     dL_dx[i] = dr_dx.transpose() * dL_dr.row(i).transpose();
   }

@@ -272,7 +272,7 @@ BenchDrape SettingSolver::StepTangents() {
 bool SettingSolver::AddReadout(const Eigen::VectorXd& x, const RowMatrix& dx, BenchDrape* drape) {
   Eigen::VectorXd r;
   ReadoutJacobian dr_dx;
-  if (!readout_->Read(0, x, &r, &dr_dx)) return false;
+  if (!readout_->Read(x, &r, &dr_dx)) return false;
   drape->jacobian = dr_dx * dx;
   drape->gradient = drape->jacobian.transpose() * (r - LossObservation());
   return true;
@@ -287,7 +287,7 @@ BenchDrape SettingSolver::StepAdjoint(bool of_loss) {
   if (!of_loss) drape = Seen(drape.status, end.end.x);
   Eigen::VectorXd r;
   ReadoutJacobian dr_dx;
-  if (drape.status != "ok" || !readout_->Read(0, end.end.x, &r, &dr_dx)) return drape;
+  if (drape.status != "ok" || !readout_->Read(end.end.x, &r, &dr_dx)) return drape;
   const RowMatrix dL_dx = of_loss ? RowMatrix(dr_dx.transpose() * (r - LossObservation()))
                                   : RowMatrix(dr_dx.transpose());
   const std::vector<RowMatrix> seeds(batch.size(), dL_dx);
@@ -312,7 +312,7 @@ void SettingSolver::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drap
   Eigen::VectorXd r;
   ReadoutJacobian dr_dx;
   drape->status = kNoDerivative;
-  if (!readout_->Read(0, rest.x, &r, &dr_dx)) return;
+  if (!readout_->Read(rest.x, &r, &dr_dx)) return;
   const RowMatrix seed = of_loss ? RowMatrix(dr_dx.transpose() * (r - LossObservation()))
                                  : RowMatrix(dr_dx.transpose());
   const std::vector<RowMatrix> seeds(setting_.batch, seed);

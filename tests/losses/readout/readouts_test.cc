@@ -29,11 +29,11 @@ TEST_P(ReadoutsTest, OutlineIsThatOfItsCamera) {
   ASSERT_TRUE(OutlineFromMesh(mesh_, x_, camera_, 72, &outline));
   Eigen::VectorXd r;
   ReadoutJacobian jacobian;
-  ASSERT_TRUE(readout.Read(0, x_, &r, &jacobian));
+  ASSERT_TRUE(readout.Read(x_, &r, &jacobian));
   EXPECT_EQ(r, outline.radius);
   EXPECT_EQ(Eigen::MatrixXd(jacobian),
             Eigen::MatrixXd(OutlineJacobian(outline, mesh_.num_vertices())));
-  EXPECT_FALSE(readout.Read(0, x_.array() + 1.0, &r, nullptr));
+  EXPECT_FALSE(readout.Read(x_.array() + 1.0, &r, nullptr));
 }
 
 TEST_P(ReadoutsTest, SilhouetteIsTheSoftCoverageAndItsTransposeTheAdjoint) {
@@ -42,7 +42,7 @@ TEST_P(ReadoutsTest, SilhouetteIsTheSoftCoverageAndItsTransposeTheAdjoint) {
   ASSERT_TRUE(RenderSoft(mesh_, x_, camera_, {1.5}, &soft));
   Eigen::VectorXd r;
   ReadoutJacobian jacobian;
-  ASSERT_TRUE(readout.Read(0, x_, &r, &jacobian));
+  ASSERT_TRUE(readout.Read(x_, &r, &jacobian));
   ASSERT_EQ(r.size(), readout.size());
   EXPECT_EQ(r, soft.coverage);
   const Eigen::VectorXd weights = RandomVector(r.size(), 8);
@@ -51,7 +51,7 @@ TEST_P(ReadoutsTest, SilhouetteIsTheSoftCoverageAndItsTransposeTheAdjoint) {
   EXPECT_LT((jacobian.transpose() * weights - adjoint).norm(), 1e-12 * adjoint.norm());
   Eigen::VectorXd x = x_;
   x[5] = std::nan("");
-  EXPECT_FALSE(readout.Read(0, x, &r, nullptr));
+  EXPECT_FALSE(readout.Read(x, &r, nullptr));
 }
 
 // In metres, whatever camera sees the drape.
@@ -68,7 +68,7 @@ TEST(FeatureReadoutTest, IsMeasureShapeWithItsDerivative) {
   const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, above), discs);
   Eigen::VectorXd r, plus, minus;
   ReadoutJacobian jacobian;
-  ASSERT_TRUE(readout.Read(0, x, &r, &jacobian));
+  ASSERT_TRUE(readout.Read(x, &r, &jacobian));
   EXPECT_EQ(r, ListShapeFeatures(shape));
   EXPECT_EQ(r[0], shape.drape_coefficient);
   EXPECT_EQ(r[1], 5.0);
@@ -76,15 +76,15 @@ TEST(FeatureReadoutTest, IsMeasureShapeWithItsDerivative) {
   EXPECT_EQ(r[8], shape.isoperimetric_ratio);
   const Eigen::VectorXd direction = RandomVector(static_cast<int>(x.size()), 9);
   const double h = 1e-7;
-  ASSERT_TRUE(readout.Read(0, x + h * direction, &plus, nullptr));
-  ASSERT_TRUE(readout.Read(0, x - h * direction, &minus, nullptr));
+  ASSERT_TRUE(readout.Read(x + h * direction, &plus, nullptr));
+  ASSERT_TRUE(readout.Read(x - h * direction, &minus, nullptr));
   const Eigen::VectorXd found = jacobian * direction, differences = (plus - minus) / (2 * h);
   for (int k = 0; k < kNumShapeFeatures; ++k) {
     EXPECT_NEAR(found[k], differences[k], 1e-6 * jacobian.row(k).norm() * direction.norm())
         << kShapeFeatureNames[k];
     EXPECT_EQ(jacobian.row(k).norm() > 0.0, k != 1) << kShapeFeatureNames[k];
   }
-  EXPECT_FALSE(readout.Read(0, x.array() + 1.0, &r, nullptr));
+  EXPECT_FALSE(readout.Read(x.array() + 1.0, &r, nullptr));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cameras, ReadoutsTest,

@@ -359,7 +359,7 @@ class LossGradientTest : public testing::Test {
     Eigen::VectorXd r;
     ReadoutJacobian dr_dx;
     EXPECT_EQ(rollout.status, RolloutStatus::kOk);
-    EXPECT_TRUE(loss.readout.Read(0, rollout.end.x, &r, &dr_dx));
+    EXPECT_TRUE(loss.readout.Read(rollout.end.x, &r, &dr_dx));
     const Eigen::VectorXd residual = (r - loss.target) / loss.sigma;
     const RowMatrix dL_dx = dr_dx.transpose() * (residual / loss.sigma);
     const auto adjoint = backend->Adjoints({&input, 1}, recordings, {&dL_dx, 1}, options)[0];
