@@ -22,6 +22,8 @@ class Readout {
   virtual ~Readout() = default;
   // K, which is the same for all shapes.
   virtual int size() const = 0;
+  // Rows that belong together under a robust loss: 3 of a point, 1 of a number.
+  virtual int group() const { return 1; }
   // Computes r(x) of a shape x [m], shape [3V], in shape [K], and its Jacobian unless dr_dx is
   // null. Returns false where the shape cannot be read. May be called from several threads at a
   // time.

@@ -27,57 +27,34 @@ struct ParameterBlocks {
   std::vector<int> sizes;
 };
 
-// The residuals of one observation, which OutlineResiduals has computed.
-class OutlineCost final : public ceres::CostFunction {
+// Rows of the residuals of one block, which RolloutResiduals has computed.
+class RolloutCost final : public ceres::CostFunction {
  public:
-  OutlineCost(const OutlineResiduals* outlines, int observation, const ParameterBlocks& blocks)
-      : outlines_(outlines), target_(observation) {
-    set_num_residuals(outlines->num_angles());
-    *mutable_parameter_block_sizes() = blocks.sizes;
+  RolloutCost(const RolloutResiduals* residuals, int block, int first_row, int rows,
+              const ParameterBlocks& parameters)
+      : residuals_(residuals), block_(block), first_row_(first_row) {
+    set_num_residuals(rows);
+    *mutable_parameter_block_sizes() = parameters.sizes;
   }
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    if (!outlines_->Residuals(target_, residuals)) return false;
+    if (!residuals_->valid(block_)) return false;
+    const int rows = num_residuals();
+    Eigen::Map<Eigen::VectorXd>(residuals, rows) =
+        residuals_->residual(block_).segment(first_row_, rows);
     int first = 0;
     for (std::size_t b = 0; jacobians != nullptr && b < parameter_block_sizes().size(); ++b) {
       const int size = parameter_block_sizes()[b];
-      if (jacobians[b] != nullptr) outlines_->CopyJacobian(target_, first, size, jacobians[b]);
+      if (jacobians[b] != nullptr)
+        Eigen::Map<RowMatrix>(jacobians[b], rows, size) =
+            residuals_->jacobian(block_).block(first_row_, first, rows, size);
       first += size;
     }
     return true;
   }
 
  private:
-  const OutlineResiduals* outlines_;
-  int target_;
-};
-
-// All points of the laboratory measurements, computed when Ceres calls for them: strips are small.
-class StripCost final : public ceres::CostFunction {
- public:
-  // accepted: where Ceres last had a Jacobian; may be null.
-  StripCost(StripResiduals* strips, const MaterialParametrisation* parametrisation,
-            Eigen::VectorXd* accepted)
-      : strips_(strips), parametrisation_(parametrisation), accepted_(accepted) {
-    set_num_residuals(strips->num_points());
-    mutable_parameter_block_sizes()->push_back(parametrisation->size());
-  }
-  bool Evaluate(double const* const* theta, double* residuals, double** jacobians) const override {
-    const bool with_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
-    Eigen::VectorXd residual;
-    RowMatrix jacobian;
-    const Eigen::Map<const Eigen::VectorXd> here(theta[0], parametrisation_->size());
-    if (!strips_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
-      return false;
-    if (with_jacobian && accepted_ != nullptr) *accepted_ = here;
-    std::copy_n(residual.data(), residual.size(), residuals);
-    if (with_jacobian) std::copy_n(jacobian.data(), jacobian.size(), jacobians[0]);
-    return true;
-  }
-
- private:
-  StripResiduals* strips_;
-  const MaterialParametrisation* parametrisation_;
-  Eigen::VectorXd* accepted_;
+  const RolloutResiduals* residuals_;
+  int block_, first_row_;
 };
 
 class Monitor final : public ceres::IterationCallback {
@@ -129,17 +106,19 @@ void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitO
   }
 }
 
-// Adds the strips to a summary that holds the best θ. False when they cannot be computed there.
-bool AppendStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
-                  FitSummary* summary) {
-  Eigen::VectorXd residual;
-  RowMatrix jacobian;
-  if (!strips.Evaluate(parametrisation, summary->theta, &residual, &jacobian)) return false;
-  summary->final_cost += 0.5 * residual.squaredNorm();
-  Eigen::MatrixXd both(summary->jacobian.rows() + jacobian.rows(), jacobian.cols());
-  both << summary->jacobian, jacobian;
-  summary->jacobian = std::move(both);
-  return true;
+// One cost for each sight of a block; under a robust loss, one for each group of its rows.
+void AddCosts(ceres::Problem& problem, const ParameterBlocks& parameters,
+              const RolloutResiduals& residuals) {
+  for (int block = 0; block < residuals.num_blocks(); ++block) {
+    int row = 0;
+    for (const Sight& sight : residuals.block(block).sights) {
+      const int rows = static_cast<int>(sight.data.size());
+      const int group = sight.loss == nullptr ? rows : sight.readouts.front()->group();
+      for (const int end = row + rows; row < end; row += group)
+        problem.AddResidualBlock(new RolloutCost(&residuals, block, row, group, parameters),
+                                 sight.loss.get(), parameters.starts);
+    }
+  }
 }
 
 }  // namespace
@@ -187,57 +166,29 @@ TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions&
   return run;
 }
 
-FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options, StripResiduals* strips) {
+FitSummary Fit(RolloutResiduals& residuals, const FitOptions& options) {
   options.Check();
   FitSummary summary;
   ceres::Problem::Options problem_options;
-  problem_options.evaluation_callback = &outlines;
+  problem_options.evaluation_callback = &residuals;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(problem_options);
-  const ParameterBlocks blocks(outlines.theta(), outlines.num_parameters());
-  for (int i = 0; i < outlines.num_observations(); ++i)
-    problem.AddResidualBlock(new OutlineCost(&outlines, i, blocks), nullptr, blocks.starts);
-  if (strips != nullptr)
-    problem.AddResidualBlock(new StripCost(strips, &outlines.parametrisation(), nullptr), nullptr,
-                             outlines.theta());
-  AddPrior(problem, blocks, options);
+  const ParameterBlocks parameters(residuals.theta(), residuals.num_parameters());
+  AddCosts(problem, parameters, residuals);
+  AddPrior(problem, parameters, options);
   static_cast<TrustRegionRun&>(summary) = RunTrustRegion(problem, options.trust_region);
   summary.final_cost = 0.0;
-  summary.counts = outlines.counts();
+  summary.counts = residuals.counts();
   // Ceres fails where an accepted step has no Jacobian: the result is the point before.
-  if (!outlines.has_accepted()) return summary;
+  if (!residuals.has_accepted()) return summary;
   if (summary.termination == FitTermination::kFailed)
     summary.termination = FitTermination::kStalled;
-  outlines.StartFromAccepted();
-  summary.theta = outlines.accepted().theta;
-  summary.final_cost =
-      0.5 * (outlines.accepted().residual.squaredNorm() +
-             summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
-  summary.jacobian = outlines.accepted().jacobian;
-  if (strips != nullptr && !AppendStrips(*strips, outlines.parametrisation(), &summary))
-    summary.termination = FitTermination::kFailed;
-  return summary;
-}
-
-FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
-                     const Eigen::VectorXd& theta, const FitOptions& options) {
-  options.Check();
-  const int size = parametrisation.size();
-  FitSummary summary;
-  Eigen::VectorXd block = theta;
-  ceres::Problem problem;
-  problem.AddResidualBlock(new StripCost(&strips, &parametrisation, &summary.theta), nullptr,
-                           block.data());
-  AddPrior(problem, ParameterBlocks(block.data(), size), options);
-  static_cast<TrustRegionRun&>(summary) = RunTrustRegion(problem, options.trust_region);
-  summary.final_cost = 0.0;
-  if (summary.theta.size() == 0) return summary;
-  if (summary.termination == FitTermination::kFailed)
-    summary.termination = FitTermination::kStalled;
-  summary.final_cost =
-      0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
-  summary.jacobian.resize(0, size);
-  if (!AppendStrips(strips, parametrisation, &summary))
-    summary.termination = FitTermination::kFailed;
+  residuals.StartFromAccepted();
+  const RolloutResiduals::Point& accepted = residuals.accepted();
+  summary.theta = accepted.theta;
+  summary.final_cost = accepted.cost + 0.5 * accepted.theta.squaredNorm() /
+                                           (options.prior_sigma * options.prior_sigma);
+  summary.jacobian = accepted.jacobian;
   return summary;
 }
 

@@ -10,10 +10,8 @@
 #include <vector>
 
 #include "physics/util/options/field.h"
-#include "solver/fit/lab_measurement.h"
-#include "solver/fit/observation.h"
-#include "solver/fit/outline_residuals.h"
 #include "solver/fit/parametrisation.h"
+#include "solver/fit/rollout_residuals.h"
 
 namespace drape {
 
@@ -79,8 +77,7 @@ struct TrustRegionRun {
 struct FitSummary : TrustRegionRun {
   Eigen::VectorXd theta;  // best point
   RolloutCounts counts;
-  // The Jacobian of all observations, then of all points of strips, at the best point, shape
-  // [ΣK + N, P].
+  // Of all blocks at the best point (RolloutResiduals::Point), shape [N, P].
   Eigen::MatrixXd jacobian;
 };
 
@@ -101,16 +98,9 @@ ceres::Solver::Options CeresOptions(int parameters, const TrustRegionOptions& op
 // options.max_damping end the run.
 TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions& options);
 
-// Fits θ to all observations by Ceres's trust region (Levenberg–Marquardt) from outlines.theta().
-// On return outlines.starts() are the drapes of the best point. `strips`, if not null: laboratory
-// measurements of the same cloth, fitted jointly; a strip that cannot be computed rejects a step as
-// a failed rollout does.
-FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options,
-               StripResiduals* strips = nullptr);
-
-// Fits laboratory measurements alone, from `theta`.
-FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
-                     const Eigen::VectorXd& theta, const FitOptions& options);
+// Fits θ to all blocks by Ceres's trust region (Levenberg–Marquardt) from residuals.theta(). On
+// return residuals.starts() are the drapes of the best point.
+FitSummary Fit(RolloutResiduals& residuals, const FitOptions& options);
 
 // Which combinations of the parameters the data determine: the singular values of the Jacobian of
 // the (whitened) residuals. Along right singular vector i the data alone know θ to 1/value[i];

@@ -485,7 +485,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
     input.ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   if (!measurements.empty())
-    input.strips = std::make_unique<StripResiduals>(std::move(measurements), MakeLaw(spec.law));
+    input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
   if (!input.problem.observations.empty()) MakeBackends(spec, &input);
   input.files = record.files();
   return input;

@@ -39,7 +39,7 @@ constexpr double kFitShare = 0.9, kTableShare = 0.4;
 // silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
 // not.
 FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
-                          const FitOptions& options, StripResiduals& strips, MaterialField* fitted,
+                          const FitOptions& options, const Strips& strips, MaterialField* fitted,
                           std::string* note) {
   FitSummary best;
   MaterialField base = start;
@@ -52,8 +52,11 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
   for (const ParameterTying tying : stages) {
     const TableParametrisation parametrisation(base, tying);
     const Eigen::MatrixXd& tie = parametrisation.tie();
-    const Eigen::VectorXd theta = MeanLogFactors(tie, log_factors);
-    FitSummary summary = FitStrips(strips, parametrisation, theta, options);
+    RolloutResiduals residuals(&parametrisation, strips.MakeBlocks(options.trust_region.cancel),
+                               {});
+    Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size()) =
+        MeanLogFactors(tie, log_factors);
+    FitSummary summary = Fit(residuals, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
       *note = "the strips of the laboratory measurements cannot be computed with " +
@@ -136,7 +139,7 @@ void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput
 }
 
 // States what is known of the fitted cloth: as laboratories report it, and as exports do.
-void MakeSheets(const FitSpec& spec, const StripResiduals* strips, const Judgement& judge,
+void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judge,
                 FitReport& report) {
   FabricSheetInput input{.tables = MeanTables(report.material),
                          .law = MakeLaw(spec.law),
@@ -153,7 +156,7 @@ void MakeSheets(const FitSpec& spec, const StripResiduals* strips, const Judgeme
 // independent; of model bayes by the posterior where its samples are reliable.
 void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const FitCandidate& best,
                          const Eigen::MatrixXd& jacobian, FitReport& report) {
-  const OutlineResidualOptions& residuals = spec.stages.residuals;
+  const ResidualOptions& residuals = spec.stages.residuals;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
@@ -185,7 +188,7 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
 }
 
 // The fit of strips ends with the last of its stages that succeeds.
-void EstimateLabCloth(const FitSpec& spec, const StripResiduals* strips, FitReport& report) {
+void EstimateLabCloth(const FitSpec& spec, const Strips* strips, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
   const Eigen::MatrixXd tie =
       TyingMatrix(ParseName<ParameterTying>(std::to_string(fit.jacobian.cols()), "num_parameters"));

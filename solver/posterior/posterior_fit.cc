@@ -331,8 +331,8 @@ void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
   }
 }
 
-OutlineResidualOptions MapEstimator::MakeResidualOptions() const {
-  OutlineResidualOptions options = candidate_fitter_.MakeResidualOptions();
+ResidualOptions MapEstimator::MakeResidualOptions() const {
+  ResidualOptions options = candidate_fitter_.MakeResidualOptions();
   options.sigma_px = fit_.sigma_px;
   options.equilibrium.max_iterations *= kSampleNewtonFactor;
   return options;

@@ -31,7 +31,7 @@ struct PosteriorOptions {
   // are alike. Trials gave 0.07 to 0.17 [METHODS, P41].
   double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
   // Whether σ of the outline is estimated from the residuals at the mode, so that model error
-  // widens the posterior. Else it is OutlineResidualOptions::sigma_px.
+  // widens the posterior. Else it is ResidualOptions::sigma_px.
   bool estimate_sigma = true;
   // kElements: scale of the prior of an entry's standard deviation over the elements (log factor).
   double element_sigma = 0.3;
@@ -143,7 +143,7 @@ class MapEstimator {
   HierarchicalSamples MakeSamples(int count, LostBranchPolicy policy) const;
   // What was seen of each specimen, with the drapes of the mode as starts.
   const std::vector<SpecimenDrapes>& specimens() const { return specimens_; }
-  OutlineResidualOptions MakeResidualOptions() const;
+  ResidualOptions MakeResidualOptions() const;
   // from, to: the share of the progress.
   VariationalOptions MakeOptions(SampleKind kind, int iterations, double from, double to) const;
   bool Cancelled() const { return control_.cancelled(); }

@@ -304,10 +304,10 @@ std::string HierarchicalModel::NameFor(int latent) const {
 
 struct HierarchicalSamples::SampleState {
   SampleState(Backend* backend, std::shared_ptr<const MaterialParametrisation> map,
-              const SpecimenDrapes& specimen, const OutlineResidualOptions& options)
+              const SpecimenDrapes& specimen, const ResidualOptions& options)
       : parametrisation(std::move(map)),
-        outlines(backend, parametrisation.get(), &specimen.observations, specimen.starts, options) {
-  }
+        outlines(OutlineResiduals(backend, parametrisation.get(), specimen.observations,
+                                  specimen.starts, options)) {}
 
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), outlines.num_parameters()) = u;
@@ -356,11 +356,13 @@ struct HierarchicalSamples::SampleState {
   }
   // As found, shape [num_residuals()], and if not null the derivatives, row-major.
   void CopyTo(double* residual, double* jacobian) const {
-    for (int i = 0; i < outlines.num_observations(); ++i, residual += outlines.num_angles()) {
-      CHECK(outlines.Residuals(i, residual));
-      if (jacobian == nullptr) continue;
-      outlines.CopyJacobian(i, 0, outlines.num_parameters(), jacobian);
-      jacobian += std::ptrdiff_t{outlines.num_angles()} * outlines.num_parameters();
+    const int columns = outlines.num_parameters();
+    for (int i = 0; i < outlines.num_blocks(); ++i) {
+      CHECK(outlines.valid(i));
+      residual = std::copy_n(outlines.residual(i).data(), outlines.residual(i).size(), residual);
+      if (jacobian != nullptr)
+        jacobian = std::copy_n(outlines.jacobian(i).data(), outlines.residual(i).size() * columns,
+                               jacobian);
     }
   }
   // Extrapolates by the Jacobian at the last point with valid drapes.
@@ -368,19 +370,19 @@ struct HierarchicalSamples::SampleState {
     return outlines.accepted().residual +
            outlines.accepted().jacobian * (point - outlines.accepted().theta);
   }
-  int num_residuals() const { return outlines.num_observations() * outlines.num_angles(); }
+  int num_residuals() const { return outlines.num_residuals(); }
 
   std::shared_ptr<const MaterialParametrisation> parametrisation;
-  OutlineResiduals outlines;
+  RolloutResiduals outlines;
   Eigen::VectorXd point;  // of the last Run
   bool valid = false;     // there
   // Where the way to it began, if it is only a trial that was followed in parts.
-  std::optional<OutlineResiduals::Point> trial_start;
+  std::optional<RolloutResiduals::Point> trial_start;
 };
 
 HierarchicalSamples::HierarchicalSamples(Backend* backend, const HierarchicalModel& hierarchy,
                                          const std::vector<SpecimenDrapes>& specimens,
-                                         const OutlineResidualOptions& options, int draws,
+                                         const ResidualOptions& options, int draws,
                                          LostBranchPolicy policy)
     : backend_(backend),
       num_latents_(hierarchy.num_latents()),
@@ -399,7 +401,7 @@ HierarchicalSamples::HierarchicalSamples(Backend* backend, const HierarchicalMod
 
 std::unique_ptr<HierarchicalSamples> HierarchicalSamples::Elementwise(
     Backend* backend, const MaterialField& base, const ElementScales& scales,
-    const std::vector<SpecimenDrapes>& specimens, const OutlineResidualOptions& options, int draws,
+    const std::vector<SpecimenDrapes>& specimens, const ResidualOptions& options, int draws,
     uint64_t seed, LostBranchPolicy policy) {
   CHECK(!specimens.empty());
   std::unique_ptr<HierarchicalSamples> all(new HierarchicalSamples());
@@ -515,8 +517,8 @@ std::unique_ptr<HierarchicalSamples> HierarchicalSamples::WithSamples(
 std::vector<Eigen::VectorXd> HierarchicalSamples::Shapes(int draw) const {
   std::vector<Eigen::VectorXd> shapes;
   for (int p = 0; p < specimens_; ++p) {
-    const OutlineResiduals& outlines = state(draw, p).outlines;
-    for (int i = 0; i < outlines.num_observations(); ++i) shapes.push_back(outlines.shape(i));
+    const RolloutResiduals& outlines = state(draw, p).outlines;
+    for (int i = 0; i < outlines.num_blocks(); ++i) shapes.push_back(outlines.shape(i));
   }
   return shapes;
 }

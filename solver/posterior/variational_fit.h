@@ -12,7 +12,7 @@
 #include "physics/simulation/backend.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/observation.h"
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 
 namespace drape {
 
@@ -152,15 +152,14 @@ struct SpecimenDrapes {
 
 // Outlines of all specimens as residuals of samples of the hierarchy: (r − r_image)/σ of each
 // observation, specimen by specimen. Each sample follows its own drapes from trial to trial
-// (OutlineResiduals), in halved steps where they are lost at once; all rollouts of an evaluation go
+// (RolloutResiduals), in halved steps where they are lost at once; all rollouts of an evaluation go
 // to the backend together.
 class HierarchicalSamples final : public SampledResiduals {
  public:
-  // The backend and the specimens' observations outlive the object.
+  // The backend outlives the object.
   HierarchicalSamples(Backend* backend, const HierarchicalModel& hierarchy,
-                      const std::vector<SpecimenDrapes>& specimens,
-                      const OutlineResidualOptions& options, int draws,
-                      LostBranchPolicy policy = LostBranchPolicy::kReject);
+                      const std::vector<SpecimenDrapes>& specimens, const ResidualOptions& options,
+                      int draws, LostBranchPolicy policy = LostBranchPolicy::kReject);
   // Model bdp [Gong 2024], [METHODS, P33]: each face and hinge of each specimen has a sample of its
   // own, exp(m + s·ε) times the base for each of the 39 entries, with
   //   m = mean_sigma · u[0, 39), s = element_sigma · u[39, 78),
@@ -171,8 +170,8 @@ class HierarchicalSamples final : public SampledResiduals {
   };
   static std::unique_ptr<HierarchicalSamples> Elementwise(
       Backend* backend, const MaterialField& base, const ElementScales& scales,
-      const std::vector<SpecimenDrapes>& specimens, const OutlineResidualOptions& options,
-      int draws, uint64_t seed, LostBranchPolicy policy = LostBranchPolicy::kReject);
+      const std::vector<SpecimenDrapes>& specimens, const ResidualOptions& options, int draws,
+      uint64_t seed, LostBranchPolicy policy = LostBranchPolicy::kReject);
   ~HierarchicalSamples() override;
 
   int num_latents() const override { return num_latents_; }

@@ -71,8 +71,8 @@ struct BranchStart {
   std::vector<Eigen::VectorXd> x;
 };
 
-OutlineResidualOptions MakeOptions(double sigma) {
-  OutlineResidualOptions options = test::CloseOutlineOptions();
+ResidualOptions MakeOptions(double sigma) {
+  ResidualOptions options = test::CloseOutlineOptions();
   options.sigma_px = sigma;
   options.equilibrium.max_iterations *= 2;
   return options;

@@ -12,7 +12,7 @@
 #include "losses/silhouette/silhouette.h"
 #include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "tests/physics/cloth_fixture.h"
 
 // Synthetic silhouettes with a known reference.
@@ -69,8 +69,8 @@ inline GrayImage QuarterTurned(const GrayImage& image, int quarters, bool mirror
 }
 
 // Residuals in pixels that reject no step for its length and follow drapes closely.
-inline OutlineResidualOptions CloseOutlineOptions() {
-  OutlineResidualOptions options;
+inline ResidualOptions CloseOutlineOptions() {
+  ResidualOptions options;
   options.rollout = {};
   options.equilibrium = {};
   options.sigma_px = 1.0;

@@ -39,10 +39,11 @@ std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOpti
                std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
   if (problem.strips != nullptr) {
     const TableParametrisation parametrisation(candidate.base, options.parameters);
-    Eigen::VectorXd residual;
-    if (!problem.strips->Clone().Evaluate(parametrisation, candidate.theta, &residual, nullptr))
-      return std::nullopt;
-    squares += residual.squaredNorm();
+    RolloutResiduals strips(&parametrisation, problem.strips->MakeBlocks(), options.residuals);
+    Eigen::Map<Eigen::VectorXd>(strips.theta(), candidate.theta.size()) = candidate.theta;
+    strips.PrepareForEvaluation(false, true);
+    if (!strips.all_valid()) return std::nullopt;
+    for (int i = 0; i < strips.num_blocks(); ++i) squares += strips.residual(i).squaredNorm();
   }
   return 0.5 * squares;
 }
@@ -184,21 +185,19 @@ void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
 
 void CandidateFitter::Fit(CandidateTask& task, const std::function<void(double)>& progress) const {
   const TableParametrisation parametrisation = Parametrisation(task.candidate);
-  const std::vector<Observation> observations = LaidObservations(problem_, task.candidate);
-  OutlineResiduals outlines = Outlines(parametrisation, observations, task.candidate);
+  RolloutResiduals residuals = Residuals(parametrisation, task.candidate);
   FitOptions fit_options = MakeFitOptions();
   fit_options.trust_region.progress = [&](const FitIteration& iteration) {
     progress(iteration.iteration / std::max(1.0, double(fit_options.trust_region.max_iterations)));
   };
-  std::optional<StripResiduals> strips = Strips();
-  const FitSummary summary = drape::Fit(outlines, fit_options, strips ? &*strips : nullptr);
+  const FitSummary summary = drape::Fit(residuals, fit_options);
   task.iterations += static_cast<int>(summary.iterations.size()) - 1;
   task.counts += summary.counts;
   if (summary.termination == FitTermination::kFailed) {
     task.candidate.shapes.clear();
     Log(task, "failed, %s", summary.message.c_str());
   } else {
-    TakeResult(summary, outlines.starts(), task);
+    TakeResult(summary, residuals.starts(), task);
   }
 }
 
@@ -209,7 +208,7 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   candidate.cost = summary.final_cost;
   candidate.termination = summary.termination;
   candidate.iterations += static_cast<int>(summary.iterations.size()) - 1;
-  for (int i = 0; i < int(drapes.size()); ++i) candidate.shapes[i] = drapes[i].x;
+  for (std::size_t i = 0; i < candidate.shapes.size(); ++i) candidate.shapes[i] = drapes[i].x;
   candidate.profile_rms = RootMeanSquare(ListProfileRms(candidate));
   Log(task,
       "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
@@ -221,38 +220,30 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
 
 Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
   const TableParametrisation parametrisation = Parametrisation(candidate);
-  const std::vector<Observation> observations = LaidObservations(problem_, candidate);
-  OutlineResiduals outlines = Outlines(parametrisation, observations, candidate);
-  outlines.PrepareForEvaluation(true, true);
-  if (problem_.strips == nullptr || !outlines.has_accepted()) return outlines.accepted().jacobian;
-  Eigen::VectorXd residual;
-  RowMatrix by_strips;
-  if (!Strips()->Evaluate(parametrisation, candidate.theta, &residual, &by_strips)) return {};
-  Eigen::MatrixXd jacobian(outlines.accepted().jacobian.rows() + by_strips.rows(),
-                           by_strips.cols());
-  jacobian << outlines.accepted().jacobian, by_strips;
-  return jacobian;
+  RolloutResiduals residuals = Residuals(parametrisation, candidate);
+  residuals.PrepareForEvaluation(true, true);
+  return residuals.accepted().jacobian;
 }
 
 TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& candidate) const {
   return {candidate.base, options_.parameters};
 }
 
-OutlineResiduals CandidateFitter::Outlines(const TableParametrisation& parametrisation,
-                                           const std::vector<Observation>& observations,
-                                           const FitCandidate& candidate) const {
-  OutlineResiduals outlines(&fine_, &parametrisation, &observations, AtRest(candidate.shapes),
-                            MakeResidualOptions());
-  Eigen::Map<Eigen::VectorXd>(outlines.theta(), candidate.theta.size()) = candidate.theta;
-  return outlines;
+RolloutResiduals CandidateFitter::Residuals(const TableParametrisation& parametrisation,
+                                            const FitCandidate& candidate) const {
+  const ResidualOptions options = MakeResidualOptions();
+  std::vector<RolloutBlock> blocks = OutlineBlocks(&fine_, LaidObservations(problem_, candidate),
+                                                   AtRest(candidate.shapes), options);
+  if (problem_.strips != nullptr)
+    for (RolloutBlock& block : problem_.strips->MakeBlocks(cancel_))
+      blocks.push_back(std::move(block));
+  RolloutResiduals residuals(&parametrisation, std::move(blocks), options);
+  Eigen::Map<Eigen::VectorXd>(residuals.theta(), candidate.theta.size()) = candidate.theta;
+  return residuals;
 }
 
-std::optional<StripResiduals> CandidateFitter::Strips() const {
-  return problem_.strips == nullptr ? std::nullopt : std::optional(problem_.strips->Clone());
-}
-
-OutlineResidualOptions CandidateFitter::MakeResidualOptions() const {
-  OutlineResidualOptions residuals = options_.residuals;
+ResidualOptions CandidateFitter::MakeResidualOptions() const {
+  ResidualOptions residuals = options_.residuals;
   residuals.rollout.cancel = residuals.equilibrium.cancel = cancel_;
   return residuals;
 }

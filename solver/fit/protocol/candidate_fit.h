@@ -40,7 +40,7 @@ class CandidateFitter {
   // Without shapes afterwards when not even the start could be evaluated.
   // progress: share of the iterations.
   void Fit(CandidateTask& task, const std::function<void(double share)>& progress) const;
-  OutlineResidualOptions MakeResidualOptions() const;
+  ResidualOptions MakeResidualOptions() const;
   // ∂residual/∂θ of all observations, then of all points of strips, at a candidate, shape
   // [ΣK + N, P]; empty when its drapes or strips are not stable.
   Eigen::MatrixXd Jacobian(const FitCandidate& candidate) const;
@@ -62,10 +62,9 @@ class CandidateFitter {
   // Empty where a shape has no outline.
   std::vector<double> ListProfileRms(const FitCandidate& candidate) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
-  OutlineResiduals Outlines(const TableParametrisation& parametrisation,
-                            const std::vector<Observation>& observations,
-                            const FitCandidate& candidate) const;
-  std::optional<StripResiduals> Strips() const;
+  // Outlines of all observations, then all points of strips.
+  RolloutResiduals Residuals(const TableParametrisation& parametrisation,
+                             const FitCandidate& candidate) const;
   FitOptions MakeFitOptions() const;
   void TakeResult(const FitSummary& summary, const std::vector<State>& drapes,
                   CandidateTask& task) const;

@@ -220,16 +220,17 @@ class FieldFitter {
     for (FieldTerm& term : MakeFieldTerms(mesh(), options_)) terms.push_back(std::move(term));
     return terms;
   }
-  OutlineResiduals OutlinesAt(const Eigen::VectorXd& theta, std::vector<State> starts) const {
-    OutlineResidualOptions options = candidate_fitter_.MakeResidualOptions();
+  RolloutResiduals OutlinesAt(const Eigen::VectorXd& theta,
+                              const std::vector<State>& starts) const {
+    ResidualOptions options = candidate_fitter_.MakeResidualOptions();
     options.equilibrium.max_iterations *= kNewtonFactor;
-    OutlineResiduals outlines(problem_.fine, &parametrisation_, &problem_.observations,
-                              std::move(starts), options);
+    RolloutResiduals outlines =
+        OutlineResiduals(problem_.fine, &parametrisation_, problem_.observations, starts, options);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     return outlines;
   }
 
-  void Attempt(int number, const Eigen::VectorXd& theta, std::vector<State> starts) {
+  void Attempt(int number, const Eigen::VectorXd& theta, const std::vector<State>& starts) {
     FitOptions options;
     options.trust_region.max_iterations = options_.iterations;
     options.trust_region.initial_damping = staged_.initial_damping;
@@ -244,7 +245,7 @@ class FieldFitter {
           number == 0 ? kFirstShare * share : kFirstShare + (1.0 - kFirstShare) * restarts,
           "fields");
     };
-    OutlineResiduals outlines = OutlinesAt(theta, std::move(starts));
+    RolloutResiduals outlines = OutlinesAt(theta, starts);
     FitSummary summary = Fit(outlines, options);
     counts_ += summary.counts;
     iterations_ += static_cast<int>(summary.iterations.size()) - 1;
@@ -263,7 +264,7 @@ class FieldFitter {
   // is a little higher. This takes one such step and continues the fit from there.
   void TryNeighbourBranch(int number) {
     std::vector<State> drapes = best_drapes_;
-    OutlineResiduals outlines = OutlinesAt(best_.theta, drapes);
+    RolloutResiduals outlines = OutlinesAt(best_.theta, drapes);
     outlines.PrepareForEvaluation(true, true);
     if (!outlines.has_accepted()) return;
     const double damping = 1.0 + kRestartDamping / number;
@@ -277,12 +278,9 @@ class FieldFitter {
         (jacobian.transpose() * dual.ldlt().solve(jacobian * gradient) - gradient) / damping;
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), step.size()) += step;
     outlines.PrepareForEvaluation(false, true);
-    Eigen::VectorXd residual(outlines.num_angles());
-    for (int i = 0; i < outlines.num_observations(); ++i) {
-      if (!outlines.Residuals(i, residual.data())) return;
-      drapes[i].x = outlines.shape(i);
-    }
-    Attempt(number, best_.theta + step, std::move(drapes));
+    if (!outlines.all_valid()) return;
+    for (int i = 0; i < outlines.num_blocks(); ++i) drapes[i].x = outlines.shape(i);
+    Attempt(number, best_.theta + step, drapes);
   }
 
   FieldFit Conclude() {

@@ -13,7 +13,7 @@
 
 #include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "solver/forward/batching_backend.h"
 
 namespace drape {

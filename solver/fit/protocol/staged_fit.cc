@@ -320,7 +320,7 @@ void StagedFitOptions::Check() const {
 
 SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
   constexpr int kGuessNewtonFactor = 2;  // a guess starts further away than a trial
-  const OutlineResidualOptions& residuals = options.residuals;
+  const ResidualOptions& residuals = options.residuals;
   return {
       .steps = {.h = residuals.rollout.h, .steps = residuals.rollout.steps},
       .solve_mode = residuals.solve_mode,

@@ -13,6 +13,7 @@
 #include "solver/fit/fit.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/protocol/initial_guess.h"
+#include "solver/fit/strips.h"
 #include "solver/forward/settle.h"
 
 namespace drape {
@@ -39,8 +40,7 @@ struct FitProblem {
   bool mirrors = true;  // each may be seen on the cloth's mirror image
   // The specimen of each observation, from 1 without gaps; empty: each shows its own.
   std::vector<int> specimens = {};
-  // Laboratory measurements, fitted jointly where given; each candidate has a clone.
-  const StripResiduals* strips = nullptr;
+  const Strips* strips = nullptr;  // laboratory measurements, fitted jointly where given
 };
 
 struct StagedFitOptions {
@@ -52,7 +52,7 @@ struct StagedFitOptions {
   ParameterTying parameters = ParameterTying::kEntries;
   double prior_sigma = FitOptions().prior_sigma;  // of each log factor about the initial guess
   double initial_damping = TrustRegionOptions().initial_damping;
-  OutlineResidualOptions residuals;
+  ResidualOptions residuals;
 
   void Check() const;  // programmer errors
 };

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "physics/simulation/statics/statics.h"
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/studies/runner/study.h"
 

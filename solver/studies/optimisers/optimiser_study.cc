@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // The options under which any drape counts, however far from the prediction.
-OutlineResidualOptions AnyBranch(OutlineResidualOptions options) {
+ResidualOptions AnyBranch(ResidualOptions options) {
   options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
   return options;
 }
@@ -191,7 +191,7 @@ class Problem {
     const std::unique_ptr<Backend> backend = MakeCpuBackend(input_.fine.model, 1);
     const TableParametrisation parametrisation(start_->base, FreeNumbers(job.parameters));
     DrapeFunction function(
-        backend.get(), &parametrisation, &input_.problem.observations, AtRest(start_->shapes),
+        backend.get(), &parametrisation, input_.problem.observations, AtRest(start_->shapes),
         CandidateFitter(input_.problem, spec_.stages, *backend, cancel, 0).MakeResidualOptions(),
         spec_.stages.prior_sigma, !FindOptimiser(job.method).derivatives);
     OptimiserOptions optimiser = options_.optimiser;
@@ -273,14 +273,14 @@ class Problem {
 }  // namespace
 
 DrapeFunction::DrapeFunction(Backend* backend, const MaterialParametrisation* parametrisation,
-                             const std::vector<Observation>* observations,
-                             std::vector<State> starts, const OutlineResidualOptions& options,
+                             std::vector<Observation> observations,
+                             const std::vector<State>& starts, const ResidualOptions& options,
                              double prior_sigma, bool any_branch)
     : backend_(backend),
-      observations_(observations),
+      observations_(std::move(observations)),
       options_(options),
-      outlines_(backend, parametrisation, observations, std::move(starts),
-                any_branch ? AnyBranch(options) : options),
+      outlines_(OutlineResiduals(backend, parametrisation, observations_, starts,
+                                 any_branch ? AnyBranch(options) : options)),
       prior_sigma_(prior_sigma) {}
 
 void DrapeFunction::RefineFromBest() {
@@ -289,7 +289,7 @@ void DrapeFunction::RefineFromBest() {
                                AtRest(best_shapes_), options_);
 }
 
-int DrapeFunction::num_residuals() const { return num_outline_residuals() + size(); }
+int DrapeFunction::num_residuals() const { return outlines_.num_residuals() + size(); }
 
 bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                              RowMatrix* jacobian) {
@@ -301,13 +301,13 @@ bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* resi
   if (outlines_.all_valid() && jacobian != nullptr) outlines_.PrepareForEvaluation(true, false);
   if (!outlines_.all_valid()) return false;
   residual->resize(num_residuals());
-  for (int i = 0; i < outlines_.num_observations(); ++i)
-    outlines_.Residuals(i, residual->data() + i * outlines_.num_angles());
+  for (int i = 0; i < outlines_.num_blocks(); ++i)
+    residual->segment(outlines_.first_row(i), outlines_.residual(i).size()) = outlines_.residual(i);
   residual->tail(size()) = theta / prior_sigma_;
   Keep(0.5 * residual->squaredNorm());
   if (jacobian == nullptr) return true;
   jacobian->setZero(num_residuals(), size());
-  jacobian->topRows(num_outline_residuals()) = outlines_.accepted().jacobian;
+  jacobian->topRows(outlines_.num_residuals()) = outlines_.accepted().jacobian;
   jacobian->bottomRows(size()).diagonal().setConstant(1.0 / prior_sigma_);
   return true;
 }
@@ -315,8 +315,8 @@ bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* resi
 void DrapeFunction::Keep(double cost) {
   if (!(cost < best_cost_)) return;
   best_cost_ = cost;
-  best_shapes_.resize(outlines_.num_observations());
-  for (int i = 0; i < outlines_.num_observations(); ++i) best_shapes_[i] = outlines_.shape(i);
+  best_shapes_.resize(outlines_.num_blocks());
+  for (int i = 0; i < outlines_.num_blocks(); ++i) best_shapes_[i] = outlines_.shape(i);
 }
 
 Study MakeOptimiserStudy(const OptimiserStudyOptions& options) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "solver/job/fit_input.h"
 #include "solver/studies/optimisers/optimiser.h"
 #include "solver/studies/runner/study.h"
@@ -21,8 +21,8 @@ class DrapeFunction final : public ResidualFunction {
  public:
   // Pointers outlive the object.
   DrapeFunction(Backend* backend, const MaterialParametrisation* parametrisation,
-                const std::vector<Observation>* observations, std::vector<State> starts,
-                const OutlineResidualOptions& options, double prior_sigma, bool any_branch = false);
+                std::vector<Observation> observations, const std::vector<State>& starts,
+                const ResidualOptions& options, double prior_sigma, bool any_branch = false);
 
   int size() const override { return outlines_.num_parameters(); }
   int num_residuals() const override;
@@ -36,15 +36,12 @@ class DrapeFunction final : public ResidualFunction {
   const std::vector<Eigen::VectorXd>& best_shapes() const { return best_shapes_; }
 
  private:
-  int num_outline_residuals() const {
-    return outlines_.num_observations() * outlines_.num_angles();
-  }
   void Keep(double cost);
 
   Backend* backend_;
-  const std::vector<Observation>* observations_;
-  OutlineResidualOptions options_;
-  OutlineResiduals outlines_;
+  std::vector<Observation> observations_;
+  ResidualOptions options_;
+  RolloutResiduals outlines_;
   double prior_sigma_;
   double cost_units_ = 1.0;
   double best_cost_ = std::numeric_limits<double>::infinity();

@@ -37,8 +37,8 @@ class FitTest : public testing::Test {
     starts_.push_back(backend_.model().RestState());
   }
   FitSummary RunFit() {
-    outlines_ = std::make_unique<OutlineResiduals>(&backend_, &parametrisation_, &observations_,
-                                                   starts_, outline_options_);
+    outlines_ = std::make_unique<RolloutResiduals>(
+        OutlineResiduals(&backend_, &parametrisation_, observations_, starts_, outline_options_));
     return Fit(*outlines_, fit_options_);
   }
   // The starts are the drapes of the point that is returned, which has the least cost.
@@ -55,9 +55,9 @@ class FitTest : public testing::Test {
   TableParametrisation parametrisation_{test::TestMaterial(), ParameterTying::kScales};
   std::vector<Observation> observations_;
   std::vector<State> starts_;
-  OutlineResidualOptions outline_options_ = test::CloseOutlineOptions();
+  ResidualOptions outline_options_ = test::CloseOutlineOptions();
   FitOptions fit_options_;
-  std::unique_ptr<OutlineResiduals> outlines_;
+  std::unique_ptr<RolloutResiduals> outlines_;
 };
 
 TEST_F(FitTest, ConvergesToTheKnownMinimum) {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "tests/losses/image/photograph.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/solver/fake_backend.h"

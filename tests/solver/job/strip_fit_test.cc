@@ -8,7 +8,7 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/strips.h"
 #include "solver/job/fit_job.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/closed_forms.h"
@@ -47,9 +47,9 @@ class LabFitTest : public FileFixture {
 
   // A test of the true cloth, exact to rounding.
   void AddTest(LabMeasurement test) {
-    Eigen::VectorXd readings;
-    ASSERT_TRUE(StripResiduals({test}, MakeLaw("smooth")).Compute(reference_, &readings));
-    for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = readings[i];
+    const auto readings = Strips({test}, MakeLaw("smooth")).Compute(reference_);
+    ASSERT_TRUE(readings);
+    for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = (*readings)[i];
     const std::string file =
         Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
     test::WriteLabMeasurement(file, test);
@@ -73,9 +73,7 @@ class LabFitTest : public FileFixture {
   nlohmann::json Summary() const { return ReadJsonFile(Path("summary.json")); }
   // What a strip shows that is not among the data.
   double Reading(const MaterialField& material, LabMeasurement test) const {
-    Eigen::VectorXd readings;
-    EXPECT_TRUE(StripResiduals({std::move(test)}, MakeLaw("smooth")).Compute(material, &readings));
-    return readings[0];
+    return Strips({std::move(test)}, MakeLaw("smooth")).Compute(material).value()[0];
   }
 
   MaterialField start_, reference_;

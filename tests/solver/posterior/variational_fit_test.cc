@@ -305,7 +305,7 @@ class HierarchicalSamplesTest : public testing::Test {
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
   HierarchicalModel hierarchy_;
   std::vector<SpecimenDrapes> specimens_{2};
-  OutlineResidualOptions options_ = test::CloseOutlineOptions();
+  ResidualOptions options_ = test::CloseOutlineOptions();
   std::mt19937_64 random_{8};
 };
 

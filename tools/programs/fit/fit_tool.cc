@@ -55,7 +55,7 @@ FitData MakeFitData(const FitToolOptions& options) {
 std::string ApplyAccuracy(FitToolOptions* options) {
   const AccuracyChoice& choice = options->accuracy;
   if (choice.accuracy.empty()) return "";
-  OutlineResidualOptions& residuals = options->spec.stages.residuals;
+  ResidualOptions& residuals = options->spec.stages.residuals;
   const bool at_rest = residuals.solve_mode == SolveMode::kStatic;
   const AccuracyRow row = PickAccuracy(choice, at_rest ? "hybrid" : "dynamic");
   AccuracyFilling filling(choice);

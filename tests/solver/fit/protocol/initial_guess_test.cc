@@ -9,7 +9,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 #include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 

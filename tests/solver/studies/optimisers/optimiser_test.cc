@@ -268,9 +268,9 @@ TEST(DrapeFunction, IsTheCostOfAFit) {
   const State rest = backend.model().RestState();
   std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, rest, 36, "flat")};
-  OutlineResidualOptions options = test::CloseOutlineOptions();
+  ResidualOptions options = test::CloseOutlineOptions();
   options.sigma_px = 0.5;
-  DrapeFunction function(&backend, &parametrisation, &observations, {rest}, options, 2.0);
+  DrapeFunction function(&backend, &parametrisation, observations, {rest}, options, 2.0);
   ASSERT_EQ(function.num_residuals(), 36 + 2);
   Eigen::VectorXd residual, moved;
   RowMatrix jacobian;
@@ -292,9 +292,9 @@ TEST(DrapeFunction, ARefusalBeforeTheRolloutIsFree) {
   const TableParametrisation parametrisation(test::TestMaterial(), ParameterTying::kScales);
   std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, backend.model().RestState(), 36, "flat")};
-  OutlineResidualOptions options = test::CloseOutlineOptions();
+  ResidualOptions options = test::CloseOutlineOptions();
   options.max_outline_change = 1.0;
-  DrapeFunction function(&backend, &parametrisation, &observations, {backend.model().RestState()},
+  DrapeFunction function(&backend, &parametrisation, observations, {backend.model().RestState()},
                          options, 1.0);
   OptimiserOptions optimiser;
   BudgetedFunction metered(function, optimiser);
@@ -313,9 +313,9 @@ TEST(DrapeFunction, FollowsTheBranchOfTheBestDrapeOnceItIsRefined) {
   const State rest = backend.model().RestState();
   std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, rest, 36, "flat")};
-  OutlineResidualOptions options = test::CloseOutlineOptions();
+  ResidualOptions options = test::CloseOutlineOptions();
   options.max_outline_change = 1.0;
-  DrapeFunction function(&backend, &parametrisation, &observations, {rest}, options, 1.0, true);
+  DrapeFunction function(&backend, &parametrisation, observations, {rest}, options, 1.0, true);
   const Eigen::Vector2d far(2.0, 0.0);
   Eigen::VectorXd residual, again;
   RowMatrix jacobian;
@@ -334,7 +334,7 @@ TEST(DrapeFunction, SaysWhereThereIsNoDrape) {
   const TableParametrisation parametrisation(test::TestMaterial(), ParameterTying::kScales);
   std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, backend.model().RestState(), 36, "flat")};
-  DrapeFunction function(&backend, &parametrisation, &observations, {backend.model().RestState()},
+  DrapeFunction function(&backend, &parametrisation, observations, {backend.model().RestState()},
                          test::CloseOutlineOptions(), 1.0);
   Eigen::VectorXd residual;
   EXPECT_TRUE(function.Evaluate(Eigen::Vector2d(0.4, 0.0), &residual, nullptr));

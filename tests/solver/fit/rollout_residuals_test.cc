@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // ∂residual/∂θ of the whole chain θ → tables → drape → outline against central differences.
-#include "solver/fit/outline_residuals.h"
+#include "solver/fit/rollout_residuals.h"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -61,22 +60,23 @@ class OutlineJacobianTest : public testing::TestWithParam<OutlineCase> {
 
   // Residuals of both observations at θ, from the same starts each time.
   Eigen::VectorXd Residual(const Eigen::VectorXd& theta, RowMatrix* jacobian = nullptr) const {
-    OutlineResidualOptions options = test::CloseOutlineOptions();
+    ResidualOptions options = test::CloseOutlineOptions();
     options.solve_mode = GetParam().solve_mode;
     options.rollout.h = 0.1;
     options.rollout.steps = 5;
     options.equilibrium.tolerance = 1e-12;
     options.sigma_px = 0.5;
-    OutlineResiduals outlines(backend_.get(), &parametrisation_, observations_, *starts_, options);
+    RolloutResiduals outlines =
+        OutlineResiduals(backend_.get(), &parametrisation_, *observations_, *starts_, options);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     outlines.PrepareForEvaluation(jacobian != nullptr, true);
     Eigen::VectorXd residual(2 * kOutlineAngles);
     if (jacobian != nullptr) jacobian->resize(2 * kOutlineAngles, theta.size());
+    EXPECT_TRUE(outlines.all_valid());
     for (int i = 0; i < 2; ++i) {
-      EXPECT_TRUE(outlines.Residuals(i, residual.data() + i * kOutlineAngles));
+      residual.segment(i * kOutlineAngles, kOutlineAngles) = outlines.residual(i);
       if (jacobian != nullptr)
-        outlines.CopyJacobian(i, 0, outlines.num_parameters(),
-                              jacobian->row(i * kOutlineAngles).data());
+        jacobian->middleRows(i * kOutlineAngles, kOutlineAngles) = outlines.jacobian(i);
     }
     return residual;
   }
@@ -136,17 +136,17 @@ class OutlineFieldTest : public testing::Test {
     options_.equilibrium.tolerance = 1e-12;
     options_.sigma_px = 0.5;
   }
-  OutlineResiduals At(const Eigen::VectorXd& theta) {
-    OutlineResiduals outlines(backend_.get(), &fields_, &observations_, starts_, options_);
+  RolloutResiduals At(const Eigen::VectorXd& theta) {
+    RolloutResiduals outlines =
+        OutlineResiduals(backend_.get(), &fields_, observations_, starts_, options_);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     return outlines;
   }
   Eigen::VectorXd Residual(const Eigen::VectorXd& theta) {
-    OutlineResiduals outlines = At(theta);
+    RolloutResiduals outlines = At(theta);
     outlines.PrepareForEvaluation(false, true);
-    Eigen::VectorXd residual(kOutlineAngles);
-    EXPECT_TRUE(outlines.Residuals(0, residual.data()));
-    return residual;
+    EXPECT_TRUE(outlines.valid(0));
+    return outlines.residual(0);
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
@@ -155,14 +155,14 @@ class OutlineFieldTest : public testing::Test {
                                      MakeFieldTerms(mesh_, {})};
   std::vector<Observation> observations_;
   std::vector<State> starts_;
-  OutlineResidualOptions options_ = test::CloseOutlineOptions();
+  ResidualOptions options_ = test::CloseOutlineOptions();
   std::mt19937_64 random_{12};
 };
 
 TEST_F(OutlineFieldTest, JacobianAgreesWithCentralDifferences) {
   const Eigen::VectorXd theta = 0.02 * test::RandomMatrix(fields_.size(), 1, random_);
   const Eigen::VectorXd direction = test::RandomMatrix(fields_.size(), 1, random_);
-  OutlineResiduals outlines = At(theta);
+  RolloutResiduals outlines = At(theta);
   outlines.PrepareForEvaluation(true, true);
   ASSERT_TRUE(outlines.has_accepted());
   const Eigen::VectorXd exact = outlines.accepted().jacobian * direction;
@@ -179,7 +179,7 @@ TEST_F(OutlineFieldTest, JacobianAgreesWithCentralDifferences) {
 TEST_F(OutlineFieldTest, ShapesArePredictedToSecondOrder) {
   const Eigen::VectorXd direction = test::RandomMatrix(fields_.size(), 1, random_);
   options_.max_jump = 1e-7;
-  OutlineResiduals outlines = At(Eigen::VectorXd::Zero(fields_.size()));
+  RolloutResiduals outlines = At(Eigen::VectorXd::Zero(fields_.size()));
   outlines.PrepareForEvaluation(true, true);
   ASSERT_TRUE(outlines.has_accepted());
   for (const double step : {1e-2, 1e-4}) {
@@ -197,7 +197,8 @@ TEST_F(OutlineFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
   const FieldParametrisation many(test::TestMaterial(), mesh_.num_faces(), mesh_.num_hinges(),
                                   MakeFieldTerms(mesh_, every));
   ASSERT_GT(many.size(), kMaxDenseParameters);
-  OutlineResiduals outlines(backend_.get(), &many, &observations_, starts_, options_);
+  RolloutResiduals outlines =
+      OutlineResiduals(backend_.get(), &many, observations_, starts_, options_);
   outlines.PrepareForEvaluation(true, true);
   ASSERT_TRUE(outlines.has_accepted());
   constexpr double kDamping = 1e-2;
@@ -216,9 +217,9 @@ TEST_F(OutlineFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
 }
 
 // Without physics: which points are kept and which rejected.
-class OutlineResidualsTest : public testing::Test {
+class RolloutResidualsTest : public testing::Test {
  protected:
-  OutlineResidualsTest() {
+  RolloutResidualsTest() {
     for (const double stretch : {0.1, 0.3}) {
       Observation observation;
       Outline outline;
@@ -235,30 +236,29 @@ class OutlineResidualsTest : public testing::Test {
     theta[0] = stretch;
     return backend_.Shape(parametrisation_.Material(theta));
   }
-  OutlineResiduals Make() {
-    return {&backend_, &parametrisation_, &observations_, starts_, options_};
+  RolloutResiduals Make() {
+    return OutlineResiduals(&backend_, &parametrisation_, observations_, starts_, options_);
   }
 
   test::FakeBackend backend_;
   TableParametrisation parametrisation_{test::TestMaterial(), ParameterTying::kScales};
   std::vector<Observation> observations_;
   std::vector<State> starts_;
-  OutlineResidualOptions options_ = test::CloseOutlineOptions();
-  std::array<double, kOutlineAngles> residual_ = {};
+  ResidualOptions options_ = test::CloseOutlineOptions();
 };
 
-TEST_F(OutlineResidualsTest, SlicesBelongToTheirTargets) {
-  OutlineResiduals outlines = Make();
+TEST_F(RolloutResidualsTest, SlicesBelongToTheirTargets) {
+  RolloutResiduals outlines = Make();
   outlines.theta()[0] = 0.3;
   outlines.PrepareForEvaluation(false, true);
-  ASSERT_TRUE(outlines.Residuals(0, residual_.data()));
-  EXPECT_LT(residual_[0], -1.0);  // the first image was made with a softer shrink: it is wider
-  ASSERT_TRUE(outlines.Residuals(1, residual_.data()));
-  EXPECT_NEAR(residual_[0], 0.0, 1e-12);
+  ASSERT_TRUE(outlines.all_valid());
+  EXPECT_LT(outlines.residual(0)[0],
+            -1.0);  // the first image was made with a softer shrink: it is wider
+  EXPECT_NEAR(outlines.residual(1)[0], 0.0, 1e-12);
 }
 
-TEST_F(OutlineResidualsTest, OnePointIsComputedOnce) {
-  OutlineResiduals outlines = Make();
+TEST_F(RolloutResidualsTest, OnePointIsComputedOnce) {
+  RolloutResiduals outlines = Make();
   outlines.PrepareForEvaluation(false, true);
   outlines.PrepareForEvaluation(false, false);
   EXPECT_EQ(backend_.equilibria, 2);
@@ -266,41 +266,41 @@ TEST_F(OutlineResidualsTest, OnePointIsComputedOnce) {
   EXPECT_EQ(outlines.counts().tangents, 0);
 }
 
-TEST_F(OutlineResidualsTest, AJumpIsMeasuredFromTheLinearPrediction) {
-  OutlineResiduals outlines = Make();
+TEST_F(RolloutResidualsTest, AJumpIsMeasuredFromTheLinearPrediction) {
+  RolloutResiduals outlines = Make();
   outlines.PrepareForEvaluation(true, true);
   outlines.theta()[0] = 0.1;  // moves the hem by 3 mm, as predicted to 0.01 mm
   outlines.PrepareForEvaluation(false, true);
-  EXPECT_TRUE(outlines.Residuals(0, residual_.data()));
+  EXPECT_TRUE(outlines.valid(0));
   EXPECT_EQ(outlines.counts().jumps, 0);
   backend_.other_branch = [](double, double) { return true; };
   outlines.theta()[0] = 0.1001;
   outlines.PrepareForEvaluation(false, true);
-  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_FALSE(outlines.valid(0));
   EXPECT_EQ(outlines.counts().jumps, 2);
 }
 
-TEST_F(OutlineResidualsTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
+TEST_F(RolloutResidualsTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
   options_.max_outline_change = 1.0;
-  OutlineResiduals outlines = Make();
+  RolloutResiduals outlines = Make();
   outlines.PrepareForEvaluation(true, true);
   const double px_per_unit = outlines.accepted().jacobian.col(0).norm() /
                              std::sqrt(double(outlines.accepted().jacobian.rows()));
   outlines.theta()[0] = 1.01 / px_per_unit;
   outlines.PrepareForEvaluation(false, true);
-  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_FALSE(outlines.valid(0));
   EXPECT_EQ(outlines.counts().rollouts, 2);
   EXPECT_EQ(outlines.counts().capped, 1);
   outlines.theta()[0] = 0.99 / px_per_unit;
   outlines.PrepareForEvaluation(false, true);
-  EXPECT_TRUE(outlines.Residuals(0, residual_.data()));
+  EXPECT_TRUE(outlines.valid(0));
   EXPECT_EQ(outlines.counts().rollouts, 4);
 }
 
 // However large c12 would be on a log scale of its own.
-TEST_F(OutlineResidualsTest, NoTableIsRefused) {
+TEST_F(RolloutResidualsTest, NoTableIsRefused) {
   parametrisation_ = TableParametrisation(test::TestMaterial(), ParameterTying::kColumns);
-  OutlineResiduals outlines = Make();
+  RolloutResiduals outlines = Make();
   for (const double c12 : {0.1, 5.0, 20.0}) {
     outlines.theta()[1] = c12;
     outlines.PrepareForEvaluation(false, true);
@@ -309,8 +309,8 @@ TEST_F(OutlineResidualsTest, NoTableIsRefused) {
   EXPECT_EQ(outlines.counts().failed, 0);
 }
 
-TEST_F(OutlineResidualsTest, TheAcceptedPointOutlivesAFailure) {
-  OutlineResiduals outlines = Make();
+TEST_F(RolloutResidualsTest, TheAcceptedPointOutlivesAFailure) {
+  RolloutResiduals outlines = Make();
   EXPECT_FALSE(outlines.has_accepted());
   outlines.theta()[0] = 0.05;
   outlines.PrepareForEvaluation(true, true);
@@ -318,7 +318,7 @@ TEST_F(OutlineResidualsTest, TheAcceptedPointOutlivesAFailure) {
   backend_.fails = [](double, double) { return true; };
   outlines.theta()[0] = 0.06;
   outlines.PrepareForEvaluation(true, true);
-  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_FALSE(outlines.valid(0));
   EXPECT_EQ(outlines.counts().failed, 2);
   EXPECT_EQ(outlines.accepted().theta[0], 0.05);
   outlines.StartFromAccepted();
