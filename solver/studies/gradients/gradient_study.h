@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "physics/simulation/statics/statics.h"
-#include "solver/fit/rollout_residuals.h"
 #include "solver/fit/parametrisation.h"
+#include "solver/fit/rollout_residuals.h"
 #include "solver/studies/runner/study.h"
 
 namespace drape {
