@@ -60,11 +60,15 @@ class Source {
   size_t at_ = 0;
 };
 
+Eigen::VectorXd Stacked(const std::vector<Vector3d>& points) {
+  Eigen::VectorXd x(3 * points.size());
+  for (size_t i = 0; i < points.size(); ++i) x.segment<3>(3 * Eigen::Index(i)) = points[i];
+  return x;
+}
+
 ObjSurface MakeSurface(const std::vector<Vector3d>& points,
                        std::vector<std::array<int, 3>> triangles, const std::string& path) {
-  ObjSurface surface{Eigen::VectorXd(3 * points.size()), std::move(triangles)};
-  for (size_t i = 0; i < points.size(); ++i) surface.x.segment<3>(3 * Eigen::Index(i)) = points[i];
-  if (surface.triangles.empty()) throw InputError(path, "the file has no faces");
+  ObjSurface surface{Stacked(points), std::move(triangles)};
   if (!surface.x.allFinite()) throw InputError(path, "a coordinate is not finite");
   return surface;
 }
@@ -137,6 +141,7 @@ class PlyReader {
 
   ObjSurface Read() {
     ReadHeader();
+    RequirePlaces();
     std::vector<Vector3d> points;
     std::vector<std::vector<double>> faces;  // numbers of their corners
     for (const Element& element : elements_) {
@@ -202,6 +207,16 @@ class PlyReader {
     }
   }
 
+  void RequirePlaces() const {
+    for (const Element& element : elements_)
+      for (const std::string_view axis : {"x", "y", "z"})
+        if (element.name == "vertex" &&
+            std::none_of(element.properties.begin(), element.properties.end(),
+                         [&](const Property& property) { return property.name == axis; }))
+          throw InputError(
+              path_, "the element vertex has no " + std::string(axis) + ", expected x, y and z");
+  }
+
   double Value(const PlyType& type) {
     if (is_text_) return source_.Number();
     std::string bytes(source_.Bytes(type.size));
@@ -228,6 +243,12 @@ class PlyReader {
   std::vector<Element> elements_;
 };
 
+// A file that is not OBJ. It may have no faces.
+ObjSurface ReadScan(const std::string& path, const std::string& extension) {
+  const std::string text = ReadWholeFile(path);
+  return extension == ".stl" ? ReadStl(text, path) : PlyReader(text, path).Read();
+}
+
 }  // namespace
 
 std::string LowerExtension(const std::string& path) {
@@ -244,8 +265,18 @@ bool IsSurfaceFile(const std::string& path) {
 ObjSurface ReadSurface(const std::string& path) {
   const std::string extension = LowerExtension(path);
   if (extension != ".stl" && extension != ".ply") return ReadObjSurface(path);
-  const std::string text = ReadWholeFile(path);
-  return extension == ".stl" ? ReadStl(text, path) : PlyReader(text, path).Read();
+  ObjSurface surface = ReadScan(path, extension);
+  if (surface.triangles.empty()) throw InputError(path, "the file has no faces");
+  return surface;
+}
+
+Eigen::VectorXd ReadVertices(const std::string& path) {
+  const std::string extension = LowerExtension(path);
+  const bool is_scan = extension == ".stl" || extension == ".ply";
+  Eigen::VectorXd x =
+      is_scan ? ReadScan(path, extension).x : Stacked(ParseObj(ReadWholeFile(path), path, false).v);
+  if (x.size() == 0) throw InputError(path, "the file has no vertices");
+  return x;
 }
 
 }  // namespace drape

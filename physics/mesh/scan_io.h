@@ -24,4 +24,8 @@ bool IsSurfaceFile(const std::string& path);
 // unknown format, a number that is not finite, an index out of range, and no faces.
 ObjSurface ReadSurface(const std::string& path);
 
+// Reads the vertices alone of such a file, which needs no faces then: a cloud of points [m], shape
+// [3N]. Throws InputError as ReadSurface does, and for no vertices.
+Eigen::VectorXd ReadVertices(const std::string& path);
+
 }  // namespace drape
