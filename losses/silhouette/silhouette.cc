@@ -155,18 +155,18 @@ void AdjCrossing(const Matrix2Xd& points, const EdgeCrossing& crossing, const Ve
   }
 }
 
-void CoverTriangle(const Matrix2Xd& points, const int* triangle, int width, int height,
-                   uint8_t* covered) {
+// Calls visit(pixel, centre) for the pixels, row · width + column, whose centres lie in the box of
+// a projected triangle.
+template <class Visit>
+void ForEachPixelNear(const Matrix2Xd& points, const int* triangle, int width, int height,
+                      const Visit& visit) {
   const auto a = points.col(triangle[0]), b = points.col(triangle[1]), c = points.col(triangle[2]);
   const Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
   const PixelRange columns = PixelsIn(min.x(), max.x(), width);
   const PixelRange rows = PixelsIn(min.y(), max.y(), height);
-  for (int row = rows.first; row <= rows.last; ++row) {
-    for (int col = columns.first; col <= columns.last; ++col) {
-      uint8_t& pixel = covered[size_t(row) * width + col];
-      if (!pixel && Covers(points, triangle, {double(col), double(row)})) pixel = 1;
-    }
-  }
+  for (int row = rows.first; row <= rows.last; ++row)
+    for (int col = columns.first; col <= columns.last; ++col)
+      visit(size_t(row) * width + col, Vector2d(col, row));
 }
 
 const int* Vertices(const Face& face) { return face.vertex; }
@@ -177,8 +177,12 @@ const int* Vertices(const std::array<int, 3>& triangle) { return triangle.data()
 std::vector<uint8_t> CoveredPixels(const auto& triangles, const Matrix2Xd& image_points, int width,
                                    int height) {
   std::vector<uint8_t> covered(size_t(width) * height, 0);
-  for (const auto& triangle : triangles)
-    CoverTriangle(image_points, Vertices(triangle), width, height, covered.data());
+  for (const auto& triangle : triangles) {
+    const int* vertices = Vertices(triangle);
+    ForEachPixelNear(image_points, vertices, width, height, [&](size_t pixel, const Vector2d& p) {
+      if (!covered[pixel] && Covers(image_points, vertices, p)) covered[pixel] = 1;
+    });
+  }
   return covered;
 }
 
@@ -346,6 +350,25 @@ void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Borde
   }
 }
 
+// Where the ray of a pixel meets a face that covers it. The image shows a point of a face by its
+// barycentric coordinates in the image, times the depth for a pinhole, which lie in [0, 1] also
+// where the face is seen edgewise.
+SurfaceHit HitFace(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                   const Matrix2Xd& points, int f, const Vector2d& pixel) {
+  const int* v = mesh.faces[f].vertex;
+  SurfaceHit hit;
+  hit.face = f;
+  Eigen::Vector3d depth;
+  for (int k = 0; k < 3; ++k) {
+    depth[k] = DepthOrigin(camera) - x[3 * v[k] + 2];
+    hit.weight[k] = std::abs(EdgeSide(points, v[(k + 1) % 3], v[(k + 2) % 3], pixel));
+  }
+  if (camera.is_pinhole()) hit.weight.array() /= depth.array();
+  hit.weight /= hit.weight.sum();
+  hit.depth = hit.weight.dot(depth);
+  return hit;
+}
+
 }  // namespace
 
 GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
@@ -390,6 +413,23 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
     ramp.pixel = static_cast<int>(i);
     const Vector2d pixel{double(i % camera.width), double(i / camera.width)};
     FillRamp(points, edges, contact, covered[i] != 0, at.slope, pixel, &ramp);
+  }
+  return true;
+}
+
+bool FindVisible(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                 std::vector<SurfaceHit>* hits) {
+  Matrix2Xd points;
+  if (!ProjectVertices(x, camera, &points)) return false;
+  hits->assign(size_t(camera.width) * camera.height, {});
+  for (int f = 0; f < mesh.num_faces(); ++f) {
+    const int* vertices = mesh.faces[f].vertex;
+    ForEachPixelNear(points, vertices, camera.width, camera.height,
+                     [&](size_t pixel, const Vector2d& p) {
+                       if (!Covers(points, vertices, p)) return;
+                       const SurfaceHit hit = HitFace(mesh, x, camera, points, f, p);
+                       if (hit.depth < (*hits)[pixel].depth) (*hits)[pixel] = hit;
+                     });
   }
   return true;
 }

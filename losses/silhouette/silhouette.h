@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/camera/view.h"
 #include "losses/image/image.h"
 #include "physics/mesh/mesh.h"
 #include "physics/mesh/obj_io.h"
@@ -71,5 +73,18 @@ struct SoftSilhouette {
 // finite or not in front of the camera.
 bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                 const SoftSilhouetteOptions& options, SoftSilhouette* silhouette);
+
+// The place of the cloth that is seen at a pixel centre.
+struct SurfaceHit {
+  int face = -1;                                           // −1: no cloth
+  double depth = std::numeric_limits<double>::infinity();  // along the axis (DepthOrigin) [m]
+  Eigen::Vector3d weight = Eigen::Vector3d::Zero();        // of the corners of the face
+};
+
+// The first face on the ray of each pixel, by a z-buffer without tolerance: row-major, shape
+// [height · width]. x [m], shape [3V]. Returns false when x is not finite or not in front of the
+// camera.
+bool FindVisible(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                 std::vector<SurfaceHit>* hits);
 
 }  // namespace drape
