@@ -149,7 +149,10 @@ nlohmann::ordered_json CameraJson(const Camera& camera) {
 Camera ReadCamera(const std::string& path) {
   const nlohmann::json json = ReadJsonFile(path);
   const JsonInput whole(json, path);
-  const JsonInput input = whole.Has("camera") ? whole.At("camera") : whole;
+  return ReadCamera(whole.Has("camera") ? whole.At("camera") : whole);
+}
+
+Camera ReadCamera(const JsonInput& input) {
   Camera camera;
   camera.kind = ParseName<CameraKind>(input.At("kind").String(), input.At("kind").Name());
   camera.width = input.At("width").Integer();
@@ -164,7 +167,7 @@ Camera ReadCamera(const std::string& path) {
     camera.eye_x = input.Has("eye_x_m") ? input.At("eye_x_m").Number() : 0.0;
     camera.eye_y = input.Has("eye_y_m") ? input.At("eye_y_m").Number() : 0.0;
   }
-  camera.Check(path);
+  camera.Check(input.Name());
   return camera;
 }
 

@@ -15,6 +15,8 @@
 
 namespace drape {
 
+class JsonInput;
+
 // The determinant of the matrix of the columns a and b: twice the signed area of the triangle of
 // the origin, a and b.
 inline double Determinant(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -124,6 +126,8 @@ nlohmann::ordered_json CameraJson(const Camera& camera);
 // files of drape_photo do. Throws InputError for a file that cannot be read, a key that is missing
 // and a value that Camera::Check refuses.
 Camera ReadCamera(const std::string& path);
+// The same from such an object of another file.
+Camera ReadCamera(const JsonInput& input);
 
 // Where the warp lies in a picture, as a user says: "up", "right", "unknown", or whole degrees
 // counter-clockwise from the right. Both ends of a thread are alike.

@@ -190,7 +190,10 @@ Contact ReadContact(const JsonInput& input, const std::string& folder) {
 
 Scene ReadScene(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
-  const JsonInput input(document, path);
+  return ReadScene(JsonInput(document, path), std::filesystem::path(path).parent_path().string());
+}
+
+Scene ReadScene(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys({"stretch", "bend", "gravity", "handles", "load", "contact"});
   Scene scene;
   if (input.Has("stretch")) scene.stretch = input.At("stretch").Boolean();
@@ -198,10 +201,7 @@ Scene ReadScene(const std::string& path) {
   if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"), kMaxGravity);
   if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
   if (input.Has("load")) scene.load = ReadLoad(input.At("load"));
-  if (input.Has("contact")) {
-    const std::string folder = std::filesystem::path(path).parent_path().string();
-    scene.contact = ReadContact(input.At("contact"), folder);
-  }
+  if (input.Has("contact")) scene.contact = ReadContact(input.At("contact"), folder);
   return scene;
 }
 

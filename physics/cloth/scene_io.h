@@ -8,6 +8,8 @@
 
 namespace drape {
 
+class JsonInput;
+
 // Here and not in scene.h, which device code includes: names take C++20.
 constexpr auto EnumNames(ContactModel) {
   return MakeNames<ContactModel>({{ContactModel::kNone, "none"},
@@ -54,5 +56,7 @@ void VisitFields(Contact& contact, Visitor&& visit) {
 // have length 1. Comments are allowed. Throws InputError, naming the file, the key, the value and
 // what was expected.
 Scene ReadScene(const std::string& path);
+// The same from an object of another file. folder: that its paths are relative to.
+Scene ReadScene(const JsonInput& input, const std::string& folder);
 
 }  // namespace drape

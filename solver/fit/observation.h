@@ -14,6 +14,7 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
+#include "solver/fit/experiment.h"
 
 namespace drape {
 
@@ -27,7 +28,7 @@ struct ClothPose {
   bool operator==(const ClothPose&) const = default;
 };
 
-// One silhouette of a drape, as it was photographed.
+// One silhouette of a drape, as it was photographed, or an experiment.
 struct Observation {
   std::string name;  // file name without folder and extension
   std::string file;
@@ -40,6 +41,8 @@ struct Observation {
   std::optional<PhotographNotes> photograph;  // from which the silhouette is, by the camera's file
   std::optional<int> warp = {};               // its angle in the image [degrees]; none: not known
   ClothPose pose = {};
+  // What was measured in place of a silhouette; all but the name then has no meaning.
+  std::shared_ptr<const Experiment> experiment = {};
 
   // Positions of the cloth's frame as the image has them, shape [3V].
   Eigen::VectorXd InImage(const Eigen::VectorXd& x) const {

@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "losses/outline/outline.h"
+#include "losses/readout/outline_readouts.h"
 #include "physics/cloth/assembly/assembly.h"
 
 namespace drape {
 
-std::optional<double> OutlineRms(const Mesh& mesh, const Eigen::VectorXd& x,
-                                 const Observation& observation) {
+std::optional<double> MisfitRms(const Mesh& mesh, const Eigen::VectorXd& x,
+                                const Observation& observation) {
+  if (observation.experiment != nullptr) return Misfit(*observation.experiment, mesh, x);
   Outline outline;
   if (!OutlineFromMesh(mesh, x, observation.outline_camera(),
                        static_cast<int>(observation.radius.size()), &outline))
@@ -36,31 +38,38 @@ int RolloutBlock::num_residuals() const {
   return sum;
 }
 
-std::vector<RolloutBlock> OutlineBlocks(Backend* backend,
-                                        const std::vector<Observation>& observations,
-                                        const std::vector<State>& starts,
-                                        const ResidualOptions& options) {
+namespace {
+
+std::vector<Sight> MakeSights(const Observation& observation, const Mesh& mesh, double sigma_px) {
+  if (observation.experiment != nullptr) return MakeSights(*observation.experiment, mesh);
+  const auto readout = std::make_shared<OutlineReadout>(
+      mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
+  return {{.readouts = {readout}, .data = observation.radius, .sigma = sigma_px}};
+}
+
+}  // namespace
+
+std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
+                                     const std::vector<State>& starts,
+                                     const ResidualOptions& options) {
   CHECK_EQ(observations.size(), starts.size());
   std::vector<RolloutBlock> blocks;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const Eigen::VectorXd& radius = observations[i].radius;
-    const auto readout = std::make_shared<OutlineReadout>(
-        backend->model().mesh, observations[i].outline_camera(), static_cast<int>(radius.size()));
+  for (std::size_t i = 0; i < observations.size(); ++i)
     blocks.push_back(
         {.runs = {{.backend = backend, .start = starts[i]}},
-         .sights = {{.readouts = {readout}, .data = radius, .sigma = options.sigma_px}},
+         .sights = MakeSights(observations[i], backend->model().mesh, options.sigma_px),
          .solve_mode = options.solve_mode,
          .rollout = options.rollout,
          .equilibrium = options.equilibrium});
-  }
   return blocks;
 }
 
-RolloutResiduals OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
-                                  const std::vector<Observation>& observations,
-                                  const std::vector<State>& starts,
-                                  const ResidualOptions& options) {
-  return {parametrisation, OutlineBlocks(backend, observations, starts, options), options};
+RolloutResiduals ObservationResiduals(Backend* backend,
+                                      const MaterialParametrisation* parametrisation,
+                                      const std::vector<Observation>& observations,
+                                      const std::vector<State>& starts,
+                                      const ResidualOptions& options) {
+  return {parametrisation, MakeBlocks(backend, observations, starts, options), options};
 }
 
 RolloutResiduals::RolloutResiduals(const MaterialParametrisation* parametrisation,
@@ -433,23 +442,12 @@ void RolloutResiduals::Accept() {
     }
     accepted_.residual.segment(first_row_[i], evaluation.residual.size()) = evaluation.residual;
     accepted_.jacobian.middleRows(first_row_[i], evaluation.jacobian.rows()) = evaluation.jacobian;
-    WeighByLoss(i);
-  }
-}
-
-void RolloutResiduals::WeighByLoss(int block) {
-  int row = first_row_[block];
-  for (const Sight& sight : blocks_[block].sights) {
-    const auto rows = static_cast<int>(sight.data.size());
-    const int group = sight.loss == nullptr ? rows : sight.readouts.front()->group();
-    for (const int end = row + rows; row < end; row += group) {
-      auto residual = accepted_.residual.segment(row, group);
-      double rho[3] = {residual.squaredNorm(), 1.0, 0.0};
-      if (sight.loss != nullptr) sight.loss->Evaluate(residual.squaredNorm(), rho);
-      accepted_.cost += 0.5 * rho[0];
-      if (rho[1] == 1.0) continue;
-      residual *= std::sqrt(rho[1]);
-      accepted_.jacobian.middleRows(row, group) *= std::sqrt(rho[1]);
+    int row = first_row_[i];
+    for (const Sight& sight : blocks_[i].sights) {
+      const Eigen::Index rows = sight.data.size();
+      Eigen::Ref<Eigen::MatrixXd> jacobian = accepted_.jacobian.middleRows(row, rows);
+      accepted_.cost += WeighByLoss(sight, accepted_.residual.segment(row, rows), &jacobian);
+      row += static_cast<int>(rows);
     }
   }
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <ceres/evaluation_callback.h>
-#include <ceres/loss_function.h>
 
 #include <Eigen/Core>
 #include <functional>
@@ -11,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "losses/readout/readouts.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/options/field.h"
 #include "solver/fit/observation.h"
@@ -80,9 +78,10 @@ void VisitFields(Options& options, Visitor&& visit) {
 }
 
 // The distance of a drape from the outline of an observation: root mean square over the angles
-// [px]. x: [m], shape [3V]. None where the drape has no outline (OutlineFromMesh).
-std::optional<double> OutlineRms(const Mesh& mesh, const Eigen::VectorXd& x,
-                                 const Observation& observation);
+// [px]; from an experiment: its Misfit. x: [m], shape [3V]. None where the drape has no outline
+// (OutlineFromMesh) or cannot be read.
+std::optional<double> MisfitRms(const Mesh& mesh, const Eigen::VectorXd& x,
+                                const Observation& observation);
 
 struct RolloutCounts {
   int rollouts = 0;
@@ -94,17 +93,7 @@ struct RolloutCounts {
   RolloutCounts& operator+=(const RolloutCounts& other);
 };
 
-// What is read of a simulated cloth, beside what was measured. Residuals: (read − data)/sigma.
-struct Sight {
-  // One for each run of the block, on its mesh; the mean of their readings counts.
-  std::vector<std::shared_ptr<const Readout>> readouts;
-  Eigen::VectorXd data;  // in the unit of the readout, shape [K]
-  double sigma = 1.0;    // standard deviation of a reading, in that unit
-  // Of the squared norm of each group of rows (Readout::group); none: their squares.
-  std::shared_ptr<ceres::LossFunction> loss = {};
-};
-
-// A cloth under one material: one experiment.
+// A cloth under one material, and what is read of it.
 struct RolloutBlock {
   struct Run {
     Backend* backend = nullptr;           // blocks of one backend are run as one batch
@@ -239,7 +228,6 @@ class RolloutResiduals : public ceres::EvaluationCallback {
                          const MaterialField& direction);
   void RestartFromLastShapes();
   void Accept();
-  void WeighByLoss(int block);
   bool EvaluatedHere() const;
 
   const MaterialParametrisation* parametrisation_;
@@ -256,14 +244,15 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   RolloutCounts counts_;
 };
 
-// The outlines of observations on one backend, a block each.
-std::vector<RolloutBlock> OutlineBlocks(Backend* backend,
-                                        const std::vector<Observation>& observations,
-                                        const std::vector<State>& starts,
-                                        const ResidualOptions& options);
+// Observations on one backend, a block each.
+std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
+                                     const std::vector<State>& starts,
+                                     const ResidualOptions& options);
 // Their residuals.
-RolloutResiduals OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
-                                  const std::vector<Observation>& observations,
-                                  const std::vector<State>& starts, const ResidualOptions& options);
+RolloutResiduals ObservationResiduals(Backend* backend,
+                                      const MaterialParametrisation* parametrisation,
+                                      const std::vector<Observation>& observations,
+                                      const std::vector<State>& starts,
+                                      const ResidualOptions& options);
 
 }  // namespace drape

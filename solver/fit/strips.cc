@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "losses/readout/place_readouts.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/backend.h"
@@ -99,44 +100,16 @@ std::string PointLine(const StripReport& report, std::size_t i) {
                 fitted.rigidity);
 }
 
-// The reading of a strip by the mean of its end vertices: the angle of the chord from the clamp
-// below the horizontal [°], or the length by that at rest.
-class StripReadout final : public Readout {
- public:
-  StripReadout(LabMeasurementKind kind, const Mesh& mesh, double clamp)
-      : kind_(kind), clamp_(clamp) {
-    const Eigen::VectorXd& x = mesh.rest_x;
-    for (int i = 0; i < mesh.num_vertices(); ++i) length_ = std::max(length_, x[3 * i]);
-    for (int i = 0; i < mesh.num_vertices(); ++i)
-      if (x[3 * i] > length_ - 1e-9) end_.push_back(i);
-  }
-  int size() const override { return 1; }
-  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override {
-    if (!x.allFinite()) return false;
-    const double share = 1.0 / double(end_.size());
-    Eigen::Vector3d tip = Eigen::Vector3d::Zero(), by_tip;
-    for (const int i : end_) tip += share * x.segment<3>(3 * i);
-    if (kind_ == LabMeasurementKind::kTensile) {
-      *r = Eigen::VectorXd::Constant(1, tip.x() / length_);
-      by_tip = Eigen::Vector3d::UnitX() / length_;
-    } else {
-      const double reach = tip.x() - clamp_, drop = -tip.z();
-      *r = Eigen::VectorXd::Constant(1, std::atan2(drop, reach) / kDegree);
-      by_tip = Eigen::Vector3d(-drop, 0.0, -reach) / (reach * reach + drop * drop) / kDegree;
-    }
-    if (dr_dx == nullptr) return true;
-    dr_dx->resize(1, x.size());
-    for (const int i : end_)
-      for (int d = 0; d < 3; ++d) dr_dx->insert(0, 3 * i + d) = share * by_tip[d];
-    return true;
-  }
-
- private:
-  LabMeasurementKind kind_;
-  double clamp_;  // where the strip begins to bend or stretch, x [m]
-  double length_ = -std::numeric_limits<double>::infinity();  // x of its end at rest [m]
-  std::vector<int> end_;
-};
+// The vertices of the end of a strip, whose mean is the tip.
+std::vector<int> FindEnd(const Mesh& mesh) {
+  const Eigen::VectorXd& x = mesh.rest_x;
+  double end = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < mesh.num_vertices(); ++i) end = std::max(end, x[3 * i]);
+  std::vector<int> vertices;
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    if (x[3 * i] > end - 1e-9) vertices.push_back(i);
+  return vertices;
+}
 
 // The material of a pulled strip, which is kept flat and weighs as much as its load, to which the
 // tolerance of an equilibrium is relative.
@@ -166,40 +139,43 @@ Strips::Point Strips::MakeTensile(const LabMeasurement& measurement, const LabPo
   const int along =
       std::max(2, int(std::lround(kPulledAcross * measurement.length / measurement.width)));
   const Mesh mesh = MakeStrip(measurement.length, measurement.width, along, kPulledAcross);
-  return {.kind = measurement.kind,
-          .reading = point.reading,
-          .sigma = measurement.sigma,
-          .tolerance = std::max(kPulledTolerance, kLeastForce / point.set),
-          .load = point.set,
-          .lattices = {MakeLattice(measurement, Laid(mesh, 0.0, measurement.direction * kDegree),
-                                   UniaxialScene(measurement.length, point.set), law, 0.0)}};
+  const auto model =
+      std::make_shared<const ClothModel>(Laid(mesh, 0.0, measurement.direction * kDegree),
+                                         UniaxialScene(measurement.length, point.set), law);
+  const std::vector<int> end = FindEnd(model->mesh);
+  const double rest_end = model->mesh.rest_x[3 * end.front()];
+  return {
+      .kind = measurement.kind,
+      .reading = point.reading,
+      .sigma = measurement.sigma,
+      .tolerance = std::max(kPulledTolerance, kLeastForce / point.set),
+      .load = point.set,
+      .lattices = {{model, std::make_shared<TipReadout>(end, Eigen::Vector3d::UnitX(), rest_end)}}};
 }
 
 Strips::Point Strips::MakeCantilever(const LabMeasurement& measurement, const LabPoint& point,
                                      const Law& law) {
-  const double direction = measurement.direction * kDegree;
+  Point made{.kind = measurement.kind,
+             .reading = point.reading,
+             .sigma = measurement.sigma,
+             .tolerance = kFallenTolerance};
+  // clamp: of a beam of the same overhang, x [m]; held: by the scene.
+  const auto add = [&](const Mesh& mesh, double place, double held, double clamp) {
+    const auto model = std::make_shared<const ClothModel>(
+        Laid(mesh, place, measurement.direction * kDegree), MakeCantileverScene(held), law);
+    made.lattices.push_back({model, std::make_shared<AngleReadout>(FindEnd(model->mesh),
+                                                                   clamp * Eigen::Vector3d::UnitX(),
+                                                                   Eigen::Vector3d::UnitX())});
+  };
   const ClampEdge clamp = FindClampEdge(law);
   const double edge = point.set / (kAlong + 1.0 - clamp.along);
-  const Mesh along =
-      MakeStrip((kAlong + 1) * edge, kAcross * kRowByEdge * edge, kAlong + 1, kAcross);
+  add(MakeStrip((kAlong + 1) * edge, kAcross * kRowByEdge * edge, kAlong + 1, kAcross), 0.0, edge,
+      clamp.along * edge);
   const int rows = static_cast<int>(std::lround(kAlong / kRowByEdge)) + 1;
-  const double row = point.set / (rows - clamp.across), width = kAcross * row / kRowByEdge;
-  const Mesh across = MakeStrip(width, rows * row, kAcross, rows);
-  return {.kind = measurement.kind,
-          .reading = point.reading,
-          .sigma = measurement.sigma,
-          .tolerance = kFallenTolerance,
-          .lattices = {MakeLattice(measurement, Laid(along, 0.0, direction),
-                                   MakeCantileverScene(edge), law, clamp.along * edge),
-                       MakeLattice(measurement, Laid(across, -M_PI / 2, direction),
-                                   MakeCantileverScene(row), law, clamp.across * row)}};
-}
-
-Strips::Lattice Strips::MakeLattice(const LabMeasurement& measurement, Mesh mesh, Scene scene,
-                                    const Law& law, double clamp) {
-  auto model = std::make_shared<const ClothModel>(std::move(mesh), std::move(scene), law);
-  auto readout = std::make_shared<StripReadout>(measurement.kind, model->mesh, clamp);
-  return {std::move(model), std::move(readout)};
+  const double row = point.set / (rows - clamp.across);
+  add(MakeStrip(kAcross * row / kRowByEdge, rows * row, kAcross, rows), -M_PI / 2, row,
+      clamp.across * row);
+  return made;
 }
 
 std::vector<RolloutBlock> Strips::MakeBlocks(const std::atomic<bool>* cancel) const {

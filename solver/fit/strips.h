@@ -59,9 +59,6 @@ class Strips {
                               const Law& law);
   static Point MakeTensile(const LabMeasurement& measurement, const LabPoint& point,
                            const Law& law);
-  // clamp: where the strip begins to bend, x [m].
-  static Lattice MakeLattice(const LabMeasurement& measurement, Mesh mesh, Scene scene,
-                             const Law& law, double clamp);
 
   std::vector<LabMeasurement> measurements_;
   std::vector<Point> points_;

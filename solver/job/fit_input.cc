@@ -27,6 +27,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
+#include "solver/forward/settle.h"
 #include "solver/posterior/space/space_io.h"
 
 namespace drape {
@@ -218,10 +219,14 @@ double FindDensity(const FitData& data, const std::vector<LabMeasurement>& measu
   return density;
 }
 
+// Reads what a fit begins with and the tables that it is compared with.
 void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density, FitInput* input) {
   FitProblem& problem = input->problem;
+  if (!data.ground_truth.empty())
+    input->ground_truth = std::make_unique<MaterialField>(
+        ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   problem.material = ReadStartTables(spec, data.material, density, &input->notes);
-  if (!data.other_materials.empty() && data.num_observations() == 0)
+  if (!data.other_materials.empty() && data.num_observations() == 0 && data.experiment.empty())
     throw InputError("other_materials",
                      "found some without images, expected none: laboratory tests are fitted from "
                      "one start");
@@ -453,7 +458,88 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   return input;
 }
 
+namespace {
+
+// An experiment as the observation of a fit.
+Observation ObservationOf(Experiment experiment, const std::string& file) {
+  Observation observation;
+  observation.name = experiment.name;
+  observation.file = file;
+  observation.warp = 90;
+  observation.experiment = std::make_shared<const Experiment>(std::move(experiment));
+  return observation;
+}
+
+std::shared_ptr<const ClothModel> MakeModel(const Experiment& experiment, LawKind law) {
+  return std::make_shared<const ClothModel>(experiment.mesh, experiment.scene, MakeLaw(law));
+}
+
+void CheckExperiment(const FitSpec& spec, const FitData& data) {
+  if (data.num_observations() + data.lab_measurements.size() > 0)
+    throw InputError("experiment",
+                     "found one beside images, data or lab_tests, expected one of "
+                     "them: its file has keys for what belongs to it");
+  if (spec.model != FitModel::kHomogeneous)
+    throw InputError("model", std::string("found ") + ToString(spec.model) +
+                                  " with an experiment, expected homogeneous");
+  if (spec.stages.residuals.solve_mode != SolveMode::kStatic)
+    throw InputError("solve", "found dynamic with an experiment, expected static");
+}
+
+// Experiments after the first are fitted from where the start tables bring them.
+void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
+                   const std::string& file, FitProblem& problem) {
+  for (Experiment& each : experiments) {
+    SettledExperiment further{.experiment = std::make_shared<const Experiment>(std::move(each)),
+                              .model = {},
+                              .start = {}};
+    further.model = MakeModel(*further.experiment, spec.law);
+    const std::unique_ptr<Backend> backend = MakeCpuBackend(further.model, 1);
+    const State start = MakeStart(*further.experiment, *further.model, 0);
+    SettledDrape drape = std::move(
+        Settle(*backend, problem.material, {&start, 1}, MakeSettleOptions(spec.stages)).front());
+    if (!drape.IsUsable(SolveMode::kStatic))
+      throw InputError(file, "experiment '" + further.experiment->name + "' is " +
+                                 ToString(drape.rest.status) +
+                                 " with the start tables, expected a cloth that comes to rest");
+    further.start = AtRest({std::move(drape.rest.x)}).front();
+    problem.further.push_back(std::move(further));
+  }
+}
+
+FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
+  CheckExperiment(spec, given);
+  const ReadRecord record;
+  ExperimentFile file = ReadExperiments(given.experiment);
+  FitData data = given;
+  if (!file.material.empty()) data.material = file.material;
+  if (file.density > 0.0) data.density = file.density;
+  data.lab_measurements = file.lab_measurements;
+  FitInput input;
+  input.notes = data.notes;
+  std::vector<LabMeasurement> measurements = ReadAllMeasurements(file.lab_measurements);
+  const double density = FindDensity(data, measurements, &input.notes);
+  input.density_is_given = density > 0.0;
+  input.problem.observations = {
+      ObservationOf(std::move(file.experiments.front()), given.experiment)};
+  input.problem.mirrors = false;
+  ReadAllStartTables(spec, data, density, &input);
+  NoteDensity(measurements, &input);
+  if (!measurements.empty())
+    input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
+  input.fine.model = MakeModel(*input.problem.observations.front().experiment, spec.law);
+  input.fine.backend = MakeBackend(spec.backend, input.fine.model, spec.threads, &input.device);
+  input.problem.fine = input.problem.coarse = input.fine.backend.get();
+  file.experiments.erase(file.experiments.begin());
+  SettleFurther(spec, std::move(file.experiments), given.experiment, input.problem);
+  input.files = record.files();
+  return input;
+}
+
+}  // namespace
+
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
+  if (!data.experiment.empty()) return ReadExperimentInput(spec, data);
   if (data.num_observations() == 0 && data.lab_measurements.empty())
     throw InputError(
         "images",
@@ -481,9 +567,6 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   ReadAllStartTables(spec, data, density, &input);
   NoteDensity(measurements, &input);
   input.prior = ReadPrior(spec, input.problem.material.density);
-  if (!data.ground_truth.empty())
-    input.ground_truth = std::make_unique<MaterialField>(
-        ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
   if (!input.problem.observations.empty()) MakeBackends(spec, &input);
@@ -506,8 +589,8 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   VisitFields(spec.stages, add);
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
-  const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
-               density, ground_truth, notes, log_lines] = data;
+  const auto& [images, captures, source, specimens, lab_measurements, experiment, material,
+               other_materials, density, ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
   for (const ReadRecord::File& file : input.files) key["read_files"].push_back(file.sha256);
   key["discs"] = {input.discs.specimen, input.discs.support};

@@ -157,14 +157,18 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
 void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const FitCandidate& best,
                          const Eigen::MatrixXd& jacobian, FitReport& report) {
   const ResidualOptions& residuals = spec.stages.residuals;
+  const bool by_experiment = FindExperiment(problem) != nullptr;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
-  const WeightedRows rows = {
-      .jacobian = jacobian,
-      .outline_rows = std::min<Eigen::Index>(jacobian.rows(),
-                                             problem.observations.size() * spec.observation.angles),
-      .outline_weight = sigma_ratio * sigma_ratio * independent};
+  WeightedRows rows = {.jacobian = jacobian,
+                       .outline_rows = std::min<Eigen::Index>(
+                           jacobian.rows(), problem.observations.size() * spec.observation.angles),
+                       .outline_weight = sigma_ratio * sigma_ratio * independent};
+  if (by_experiment) {
+    rows.jacobian /= std::max(1.0, best.profile_rms);  // the misfit, in units of sigma
+    rows.outline_rows = 0;
+  }
   Judgement judge =
       JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows, spec.stages.prior_sigma);
   const LogQuantity stretch = [&](const MaterialField& tables) {
@@ -209,6 +213,41 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
   NoteMisfits(report.strips, &report.notes);
 }
 
+// Says which numbers of a table an experiment can determine, from the spectrum at the start tables,
+// before a search begins.
+void LogDetermined(const FitProblem& problem, StagedFitOptions stages, const RunControl& control) {
+  stages.parameters = ParameterTying::kColumns;
+  FitCandidate start;
+  start.guess.lifts.assign(problem.observations.size(), stages.grid.lifts.front());
+  CandidateTask task{0, start, 0, {}, {}};
+  CandidateFitter(problem, stages, *problem.fine, control.cancel, 0).SettleGuess(task);
+  if (!task.candidate.valid())
+    return control.Log(
+        "the start tables give no drape, so what can be determined is not known yet");
+  const Eigen::MatrixXd jacobian = FitJacobian(problem, stages, task.candidate);
+  if (jacobian.size() == 0)
+    return control.Log(
+        "what can be determined is not known: the drape of the start tables is not "
+        "stable");
+  constexpr double kDetermined = 0.5;  // of the prior's standard deviation
+  const double prior = stages.prior_sigma;
+  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  information.diagonal().array() += 1.0 / (prior * prior);
+  const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
+  std::string known, unknown;
+  for (int i = 0; i < deviation.size(); ++i) {
+    const std::string name = NameFor(ParameterTying::kColumns, i);
+    if (deviation[i] < kDetermined * prior)
+      known += (known.empty() ? "" : ", ") + name +
+               Format(" to %.2g %%", 100.0 * std::expm1(deviation[i]));
+    else
+      unknown += (unknown.empty() ? "" : ", ") + name;
+  }
+  control.Log("at the start tables, this experiment determines " +
+              (known.empty() ? "no column of the tables" : known) +
+              (unknown.empty() ? "" : "; from the prior: " + unknown));
+}
+
 // Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
 // problem: of the last part.
 void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& problem,
@@ -224,6 +263,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
                                        : FittedMaterial(spec.stages, *best);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
+  report.measurements = ReportMeasurements(problem, FittedShapes(report, *best), report.material);
   const Eigen::MatrixXd jacobian =
       control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
@@ -330,7 +370,8 @@ void LogInput(const FitData& data, const FitInput& input, const std::string& res
     control.Log(line);
   };
   for (const Observation& observation : input.problem.observations)
-    log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
+    if (observation.experiment == nullptr)
+      log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
   if (!resumed.empty()) log_both(resumed);
   if (!input.device.empty()) log_both("running on " + input.device);
   for (const std::string& line : data.log_lines) LogLine(log, line);
@@ -351,6 +392,10 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
   FitReport& report = fit.report;
   StagedFitOptions stages = spec.stages;
   report.lab_fit = FitLab(stages, input, control);
+  if (const Experiment* experiment = FindExperiment(input.problem)) {
+    stages.grid.lifts = ListStarts(*experiment);
+    if (store.begin) LogDetermined(input.problem, stages, control);
+  }
   const bool ready = !report.lab_fit || (input.problem.strips != nullptr &&
                                          report.lab_fit->termination != FitTermination::kCancelled);
   if (store.begin) fit.state = store.begin(input, stages, ready);

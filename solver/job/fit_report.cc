@@ -332,6 +332,24 @@ ordered_json OutlinesJson(const Mesh& mesh, const Observation& observation,
           {"fit_px", rounded(fitted.radius)}};
 }
 
+ordered_json ExperimentsJson(const FitProblem& problem, const FitReport& report) {
+  ordered_json measurements = ordered_json::array();
+  for (const MeasurementReport& each : report.measurements)
+    measurements.push_back({{"experiment", each.experiment},
+                            {"name", each.name},
+                            {"numbers", each.count},
+                            {"misfit_sigma", each.misfit},
+                            {"largest_sigma", each.largest}});
+  ordered_json json = {{"measurements", measurements}};
+  if (report.drapes.empty()) return json;
+  const DrapeReport& drape = report.drapes.front();
+  json["drape"] = {{"experiment", problem.observations.front().name},
+                   {"force_residual", drape.force_residual},
+                   {"stability", StabilityJson(drape.lowest_eigenvalues)},
+                   {"self_intersections", drape.self_intersections}};
+  return json;
+}
+
 // Metrics of each image and their means.
 ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
                         const InitialGuess& guess) {
@@ -358,7 +376,7 @@ ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) 
   ordered_json json = ordered_json::object();
   if (report.fabric_sheet) json["material"] = SheetJson(*report.fabric_sheet);
   if (report.linear_sheet) json["linear"] = SheetJson(*report.linear_sheet);
-  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+  for (std::size_t i = 0; FindExperiment(problem) == nullptr && i < report.drapes.size(); ++i)
     json["drape_" + problem.observations[i].name] = DrapeSheetJson(
         report.drapes[i].laboratory, "Drape in the image " + problem.observations[i].name);
   return json;
@@ -374,7 +392,7 @@ std::string ShortSheet(const LaboratorySheet& sheet) {
 
 std::string LaboratoryText(const FitProblem& problem, const FitReport& report) {
   std::string text;
-  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+  for (std::size_t i = 0; FindExperiment(problem) == nullptr && i < report.drapes.size(); ++i)
     text += ShortSheet(DrapeSheet(report.drapes[i].laboratory,
                                   "Drape in the image " + problem.observations[i].name));
   return text + (report.fabric_sheet ? ShortSheet(*report.fabric_sheet) : "");
@@ -401,7 +419,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
     if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
   }
-  json.update(DiscsJson(problem.observations[0].discs));
+  if (FindExperiment(problem) == nullptr) json.update(DiscsJson(problem.observations[0].discs));
   json["backend"] = problem.fine->name();
   if (!data.captures.empty()) {
     json["fabric"] = data.captures[0].fabric;
@@ -424,7 +442,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
   if (report.posterior)
     json["posterior"] = PosteriorJson(*report.posterior, report.stiffness_weights);
-  json.update(ImagesJson(problem, report, best->guess));
+  json.update(FindExperiment(problem) == nullptr ? ImagesJson(problem, report, best->guess)
+                                                 : ExperimentsJson(problem, report));
   return json;
 }
 
@@ -449,7 +468,19 @@ std::string MaterialTable(const FitReport& report) {
   return table;
 }
 
+std::string MeasurementTable(const FitReport& report) {
+  std::string table;
+  if (!report.measurements.empty())
+    table = Format("%-16s %8s %12s %10s  %s\n", "experiment", "numbers", "rms [sigma]", "largest",
+                   "measurement");
+  for (const MeasurementReport& each : report.measurements)
+    table += Format("%-16.16s %8d %12.2f %10.1f  %s\n", each.experiment.c_str(), each.count,
+                    each.misfit, each.largest, each.name.c_str());
+  return table;
+}
+
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
+  if (FindExperiment(problem) != nullptr) return MeasurementTable(report);
   if (report.drapes.empty()) return "";
   std::string table =
       Format("%-28s %8s %7s %6s %8s %8s %7s %16s %10s %8s\n", "image", "rms [px]", "mse", "iou",
@@ -473,9 +504,11 @@ Mesh MirrorImage(Mesh mesh) {
   return mesh;
 }
 
-// The names of the files of a fitted drape: a picture of the outlines, the mesh as the image shows
-// it, and its state on the mesh of the fit as a start for other programs.
+// The names of the files of a fitted drape: a picture of the outlines, but of an experiment, the
+// mesh as the image shows it, and its state on the mesh of the fit as a start for other programs.
 std::vector<std::string> ListDrapeFiles(const Observation& observation) {
+  if (observation.experiment != nullptr)
+    return {"drape_" + observation.name + ".obj", "start_" + observation.name + ".json"};
   return {"fit_" + observation.name + ".png", "drape_" + observation.name + ".obj",
           "start_" + observation.name + ".json"};
 }
@@ -486,6 +519,11 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
                 const DrapeReport& drape) {
   if (drape.fitted.x.size() == 0) return;
   const std::vector<std::string> files = ListDrapeFiles(observation);
+  const State at_rest{drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())};
+  if (observation.experiment != nullptr) {
+    WriteObj(folder + "/" + files[0], mesh, drape.fitted.x);
+    return WriteState(folder + "/" + files[1], at_rest);
+  }
   Outline image, fitted;
   if (ReadOutlines(mesh, observation, drape.fitted.x, &image, &fitted)) {
     WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera,
@@ -495,8 +533,7 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   WriteObj(folder + "/" + files[1], observation.pose.mirrored ? MirrorImage(mesh) : mesh,
            SeenFromNominalCamera(observation.InImage(drape.fitted.x), observation.camera),
            observation.discs);
-  WriteState(folder + "/" + files[2],
-             {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
+  WriteState(folder + "/" + files[2], at_rest);
 }
 
 }  // namespace
@@ -505,15 +542,19 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
                  const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report) {
   const ClothModel& model = backend.model();
+  report->force_residual = ForceResidual(model, material, x);
+  report->self_intersections = CountSelfIntersections(model.mesh, x);
+  report->lowest_eigenvalues =
+      LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
+  if (observation.experiment != nullptr) {
+    report->fitted.x = x;
+    return true;
+  }
   SettleOptions replay = options.replay;
   replay.steps.cancel = replay.equilibrium.cancel = options.cancel;
   const NudgedDrape nudged = Nudge(backend, material, x, replay.equilibrium);
   report->status = nudged.status;
   report->drift = nudged.drift;
-  report->force_residual = ForceResidual(model, material, x);
-  report->self_intersections = CountSelfIntersections(model.mesh, x);
-  report->lowest_eigenvalues =
-      LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
   const State guess = GuessState(model, observation, options.lift), flat = model.RestState();
   report->from_guess = MeasureSettled(model.mesh, observation,
                                       SettleGuided(backend, material, guess, observation, replay),
@@ -528,6 +569,39 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
   }
   return Measure(model.mesh, observation, x, &report->fitted) &&
          Measure(model.mesh, observation, nudged.x, &report->settled);
+}
+
+std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
+                                                  const std::vector<Eigen::VectorXd>& shapes,
+                                                  const MaterialField& material) {
+  std::vector<MeasurementReport> reports;
+  const auto add = [&](const Experiment& experiment, const Mesh& mesh, const Eigen::VectorXd& x) {
+    const std::vector<Sight> sights = MakeSights(experiment, mesh);
+    for (std::size_t i = 0; i < sights.size(); ++i) {
+      const std::optional<Eigen::VectorXd> residual = ReadResiduals(sights[i], x);
+      if (!residual) continue;
+      const auto count = static_cast<int>(residual->size());
+      reports.push_back({.experiment = experiment.name,
+                         .name = experiment.measurements[i].name,
+                         .count = count,
+                         .misfit = residual->norm() / std::sqrt(double(count)),
+                         .largest = residual->cwiseAbs().maxCoeff()});
+    }
+  };
+  for (std::size_t i = 0; i < problem.observations.size(); ++i)
+    if (const auto& experiment = problem.observations[i].experiment; experiment != nullptr)
+      add(*experiment, problem.fine->model().mesh, shapes[i]);
+  FitProblem without_strips = problem;
+  without_strips.strips = nullptr;
+  std::vector<RolloutBlock> further = FurtherBlocks(without_strips, nullptr);
+  if (further.empty()) return reports;
+  const TableParametrisation fixed(material, ParameterTying::kScales);
+  RolloutResiduals residuals(&fixed, std::move(further), {});
+  residuals.PrepareForEvaluation(false, true);
+  for (int i = 0; i < residuals.num_blocks(); ++i)
+    if (residuals.valid(i))
+      add(*problem.further[i].experiment, problem.further[i].model->mesh, residuals.shape(i));
+  return reports;
 }
 
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,

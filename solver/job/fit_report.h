@@ -64,11 +64,24 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
                  const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report);
 
+// A measurement of an experiment beside the fitted cloth.
+struct MeasurementReport {
+  std::string experiment, name;
+  int count = 0;                       // of its numbers
+  double misfit = 0.0, largest = 0.0;  // root mean square and largest of their residuals [sigma]
+};
+// Of all experiments, also those whose branch was not searched. shapes: of the observations. Left
+// out is what cannot be read.
+std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
+                                                  const std::vector<Eigen::VectorXd>& shapes,
+                                                  const MaterialField& material);
+
 // All results of a fit, before they are written.
 struct FitReport {
   std::vector<DrapeReport> drapes;    // of the observations
   std::optional<FitSummary> lab_fit;  // of the laboratory measurements alone, where there are some
   std::vector<StripReport> strips;    // with the fitted material
+  std::vector<MeasurementReport> measurements = {};  // with it
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.
   MaterialField material;

@@ -127,6 +127,7 @@ struct FitData {
   ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
   std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
   std::vector<std::string> lab_measurements;      // files (ReadLabMeasurements)
+  std::string experiment;                         // a file (ReadExperiments) in place of images
   std::string material = kBuiltInName;            // start tables (ReadMaterial)
   std::vector<std::string> other_materials = {};  // further ones: images are fitted from all
   double density = 0.0;                           // of the fabric [kg/m²]; 0: that of `material`

@@ -32,6 +32,7 @@ constexpr Limits kFoldError = {0, 1};
 constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};  // by the weight
 constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};        // of a vertex of a nudged drape [mm]
 constexpr Limits kMisfit = {2.0, 3.0};                      // of a laboratory reading [sigma]
+constexpr Limits kMeasurementMisfit = {1.5, 3.0};           // of an experiment [sigma]
 constexpr Limits kBendFactor = {2.0, 4.0};  // half the 90 % interval of a rigidity, as a factor
 constexpr double kNearSingular = 0.95;      // c12²/(c11·c22); kLargestCoupling² is 0.98
 
@@ -122,6 +123,30 @@ int FoldDifference(const Eigen::VectorXd& image, const Eigen::VectorXd& fitted, 
   return std::max({0, more, fewer});
 }
 
+// Whether a fitted drape is at rest, stable, and does not pass through itself.
+void JudgeRest(const DrapeReport& drape, const std::string& which, Judges& judges) {
+  const FitGrade rest = ChooseGrade(drape.force_residual, kForceResidual);
+  const std::string forces =
+      Format("not at rest: forces of %.1g of the weight remain", drape.force_residual) + which;
+  if (rest == FitGrade::kDoNotUse) judges.Condemn(forces);
+  if (rest == FitGrade::kUsable) judges.shape.Add(rest, forces);
+  if (!IsStable(drape.lowest_eigenvalues)) judges.Condemn("the fitted drape is not stable" + which);
+  if (drape.self_intersections > 0)
+    judges.shape.Add(FitGrade::kDoNotUse,
+                     Format("the fitted drape passes through itself, in %d pairs of "
+                            "faces, which --contact=self prevents",
+                            drape.self_intersections) +
+                         which);
+}
+
+void JudgeMeasurements(const FitReport& report, Judges& judges) {
+  for (const MeasurementReport& each : report.measurements)
+    judges.shape.Add(ChooseGrade(each.misfit, kMeasurementMisfit),
+                     each.experiment + ": " + each.name +
+                         Format(" are off by %.1f sigma, root mean square", each.misfit));
+  for (const DrapeReport& drape : report.drapes) JudgeRest(drape, "", judges);
+}
+
 void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen::Index numbers,
                 const std::string& which, Judges& judges) {
   if (drape.fitted.x.size() == 0) return judges.Condemn("the fitted drape has no outline" + which);
@@ -145,17 +170,7 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen:
             Format("drape coefficient %.1f %%, the image has %.1f %%",
                    100 * m.fitted.drape_coefficient, 100 * m.image.drape_coefficient) +
                 which);
-  const FitGrade rest = ChooseGrade(drape.force_residual, kForceResidual);
-  const std::string forces =
-      Format("not at rest: forces of %.1g of the weight remain", drape.force_residual) + which;
-  if (rest == FitGrade::kDoNotUse) judges.Condemn(forces);
-  if (rest == FitGrade::kUsable) judge.Add(rest, forces);
-  if (!IsStable(drape.lowest_eigenvalues)) judges.Condemn("the fitted drape is not stable" + which);
-  if (drape.self_intersections > 0)
-    judge.Add(FitGrade::kDoNotUse, Format("the fitted drape passes through itself, in %d pairs of "
-                                          "faces, which --contact=self prevents",
-                                          drape.self_intersections) +
-                                       which);
+  JudgeRest(drape, which, judges);
   if (drape.status == EquilibriumStatus::kStable) {
     judge.Add(ChooseGrade(1e3 * drape.drift, kDrift),
               Format("nudged, it comes to rest %.1f mm away", 1e3 * drape.drift) + which);
@@ -346,7 +361,8 @@ Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
 
 FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
   Judges judges;
-  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+  const bool by_experiment = FindExperiment(problem) != nullptr;
+  for (std::size_t i = 0; !by_experiment && i < problem.observations.size(); ++i) {
     const Observation& observation = problem.observations[i];
     const std::string which = problem.observations.size() > 1 ? " (" + observation.name + ")" : "";
     JudgeImage(observation, which, judges.measurement);
@@ -359,6 +375,7 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
     judges.Condemn("the fit was cancelled");
   } else {
     JudgeStrips(report.strips, judges.shape);
+    if (by_experiment) JudgeMeasurements(report, judges);
     JudgeBending(report, judges.bending);
   }
   return judges.Verdict();
@@ -408,7 +425,10 @@ ordered_json VerdictJson(const FitVerdict& verdict) {
 std::string VerdictText(const FitProblem& problem, const FitReport& report) {
   const FitVerdict& verdict = report.verdict;
   std::string coefficient, shape;
-  if (!report.drapes.empty()) {
+  if (FindExperiment(problem) != nullptr) {
+    if (verdict.shape.reasons.empty())
+      shape = "All measurements within their errors, at rest and stable";
+  } else if (!report.drapes.empty()) {
     double image = 0.0, fitted = 0.0;
     for (const DrapeReport& drape : report.drapes) {
       image += 100 * drape.fitted.metrics.image.drape_coefficient / double(report.drapes.size());

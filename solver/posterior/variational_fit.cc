@@ -306,7 +306,7 @@ struct HierarchicalSamples::SampleState {
   SampleState(Backend* backend, std::shared_ptr<const MaterialParametrisation> map,
               const SpecimenDrapes& specimen, const ResidualOptions& options)
       : parametrisation(std::move(map)),
-        outlines(OutlineResiduals(backend, parametrisation.get(), specimen.observations,
+        outlines(ObservationResiduals(backend, parametrisation.get(), specimen.observations,
                                   specimen.starts, options)) {}
 
   void SetPoint(const Eigen::VectorXd& u) {

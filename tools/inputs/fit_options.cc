@@ -20,6 +20,9 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
           "cantilever and tensile tests of the fabric (JSON, or strips of a U3M 1.1 material; "
           "configs/README.md), fitted alone or jointly with the images: files, folders, "
           "patterns"),
+      PathOption("experiment", &data.experiment,
+                 "a file of experiments (configs/README.md) in place of images: cloths with "
+                 "markers, points, depth maps, silhouettes from any side, laboratory tests"),
       FabricOption(&data.material),
       PathOption("other_fabrics", &data.other_materials,
                  "further start tables: images are fitted from all, and the best result is kept"),
@@ -99,9 +102,9 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "specimen", "image_width_mm", "warp", "lab_tests", "fabric", "density",
-                 "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
-                 "resume"},
+      .common = {"images", "specimen", "image_width_mm", "warp", "lab_tests", "experiment",
+                 "fabric", "density", "model", "mesh", "accuracy", "num_parameters", "threads",
+                 "backend", "out", "resume"},
       .given = &options.accuracy.given};
 }
 

@@ -301,9 +301,9 @@ Material NameFabric(const std::string& name, const MaterialField& field) {
 DrapeFit FitImages(const std::vector<std::string>& images, const Material& start,
                    const std::map<std::string, std::string>& given) {
   static const std::set<std::string> kOfFiles = {
-      "images", "lab_tests",   "fabric",      "ground_truth",  "out",
-      "resume", "data",        "data_fabric", "samples",       "captures",
-      "face",   "data_source", "accuracy",    "accuracy_table"};
+      "images",   "lab_tests", "experiment",  "fabric",      "ground_truth",
+      "out",      "resume",    "data",        "data_fabric", "samples",
+      "captures", "face",      "data_source", "accuracy",    "accuracy_table"};
   FitToolOptions options;
   OptionTable table = FitTable(options);
   std::erase_if(table.options, [](const Option& each) { return kOfFiles.contains(each.key); });

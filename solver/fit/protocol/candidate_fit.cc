@@ -28,18 +28,22 @@ double RootMeanSquare(const std::vector<double>& values) {
   return std::sqrt(sum / double(values.size()));
 }
 
-// ½ Σ residual², prior included, from the misfit [px] of each observation's drape; none where the
-// strips of the laboratory measurements cannot be computed.
+// ½ Σ residual², prior included, from the misfit of each observation's drape (MisfitRms); none
+// where a further block cannot be computed.
 std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
-                                  const FitCandidate& candidate,
+                                  const Mesh& mesh, const FitCandidate& candidate,
                                   const std::vector<double>& profile_rms) {
   double squares = (candidate.theta / options.prior_sigma).squaredNorm();
-  for (std::size_t i = 0; i < profile_rms.size(); ++i)
-    squares += static_cast<double>(problem.observations[i].radius.size()) *
-               std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
-  if (problem.strips != nullptr) {
+  for (std::size_t i = 0; i < profile_rms.size(); ++i) {
+    const Observation& observation = problem.observations[i];
+    squares += observation.experiment != nullptr
+                   ? CountResiduals(*observation.experiment, mesh) * std::pow(profile_rms[i], 2)
+                   : static_cast<double>(observation.radius.size()) *
+                         std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
+  }
+  if (std::vector<RolloutBlock> further = FurtherBlocks(problem, nullptr); !further.empty()) {
     const TableParametrisation parametrisation(candidate.base, options.parameters);
-    RolloutResiduals strips(&parametrisation, problem.strips->MakeBlocks(), options.residuals);
+    RolloutResiduals strips(&parametrisation, std::move(further), options.residuals);
     Eigen::Map<Eigen::VectorXd>(strips.theta(), candidate.theta.size()) = candidate.theta;
     strips.PrepareForEvaluation(false, true);
     if (!strips.all_valid()) return std::nullopt;
@@ -97,7 +101,7 @@ SettleOptions CandidateFitter::CancellableSettle() const {
 std::optional<double> CandidateFitter::ComputeProfileRms(const Observation& observation,
                                                          const Eigen::VectorXd& x) const {
   if (x.size() == 0) return std::nullopt;
-  return OutlineRms(fine_.model().mesh, x, observation);
+  return MisfitRms(fine_.model().mesh, x, observation);
 }
 
 std::vector<double> CandidateFitter::ListProfileRms(const FitCandidate& candidate) const {
@@ -140,13 +144,15 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
     if (!errors.empty() && stretch < 1.0) Log(task, "its stretch is scaled by %g", stretch);
   }
   const std::optional<double> cost =
-      errors.empty() ? std::nullopt : ComputeCost(problem_, options_, candidate, errors);
+      errors.empty() ? std::nullopt
+                     : ComputeCost(problem_, options_, fine_.model().mesh, candidate, errors);
   if (!cost) {
     candidate.shapes.clear();
     return Log(task, "its drapes are not stable on %d vertices", fine_.model().mesh.num_vertices());
   }
-  Log(task, "taken over from %d vertices to %d, %.2f -> %.2f px", from.num_vertices(),
-      fine_.model().mesh.num_vertices(), candidate.profile_rms, RootMeanSquare(errors));
+  Log(task, "taken over from %d vertices to %d, %.2f -> %.2f %s", from.num_vertices(),
+      fine_.model().mesh.num_vertices(), candidate.profile_rms, RootMeanSquare(errors),
+      MisfitUnit(problem_));
   candidate.cost = *cost;
   candidate.profile_rms = RootMeanSquare(errors);
 }
@@ -178,7 +184,8 @@ void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
   for (const double lift : options_.grid.lifts) {
     const double most = kRetryGain * best, rms = SettleBest(material, i, lift, most, task);
     if (rms == most) continue;
-    Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, rms);
+    Log(task, "image %d starts again from lift %g: %.2f -> %.2f %s", i + 1, lift, best, rms,
+        MisfitUnit(problem_));
     best = rms;
   }
 }
@@ -211,11 +218,11 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   for (std::size_t i = 0; i < candidate.shapes.size(); ++i) candidate.shapes[i] = drapes[i].x;
   candidate.profile_rms = RootMeanSquare(ListProfileRms(candidate));
   Log(task,
-      "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
+      "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f %s, %s, %d branch jumps, %d failed",
       candidate.is_carried ? "from the part before, " : "", candidate.guess.stretch,
       candidate.guess.bend, candidate.guess.lifts.front(), summary.initial_cost, summary.final_cost,
-      candidate.profile_rms, ToString(summary.termination), summary.counts.jumps,
-      summary.counts.failed);
+      candidate.profile_rms, MisfitUnit(problem_), ToString(summary.termination),
+      summary.counts.jumps, summary.counts.failed);
 }
 
 Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
@@ -232,11 +239,9 @@ TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& candid
 RolloutResiduals CandidateFitter::Residuals(const TableParametrisation& parametrisation,
                                             const FitCandidate& candidate) const {
   const ResidualOptions options = MakeResidualOptions();
-  std::vector<RolloutBlock> blocks = OutlineBlocks(&fine_, LaidObservations(problem_, candidate),
-                                                   AtRest(candidate.shapes), options);
-  if (problem_.strips != nullptr)
-    for (RolloutBlock& block : problem_.strips->MakeBlocks(cancel_))
-      blocks.push_back(std::move(block));
+  std::vector<RolloutBlock> blocks =
+      MakeBlocks(&fine_, LaidObservations(problem_, candidate), AtRest(candidate.shapes), options);
+  for (RolloutBlock& block : FurtherBlocks(problem_, cancel_)) blocks.push_back(std::move(block));
   RolloutResiduals residuals(&parametrisation, std::move(blocks), options);
   Eigen::Map<Eigen::VectorXd>(residuals.theta(), candidate.theta.size()) = candidate.theta;
   return residuals;

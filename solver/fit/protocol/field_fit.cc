@@ -224,8 +224,8 @@ class FieldFitter {
                               const std::vector<State>& starts) const {
     ResidualOptions options = candidate_fitter_.MakeResidualOptions();
     options.equilibrium.max_iterations *= kNewtonFactor;
-    RolloutResiduals outlines =
-        OutlineResiduals(problem_.fine, &parametrisation_, problem_.observations, starts, options);
+    RolloutResiduals outlines = ObservationResiduals(problem_.fine, &parametrisation_,
+                                                     problem_.observations, starts, options);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     return outlines;
   }

@@ -37,8 +37,7 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].status != RolloutStatus::kOk) continue;
-    const std::optional<double> rms =
-        OutlineRms(coarse.model().mesh, results[i].end.x, observation);
+    const std::optional<double> rms = MisfitRms(coarse.model().mesh, results[i].end.x, observation);
     if (rms) trials.push_back({options.lifts[i], *rms});
   }
   std::stable_sort(trials.begin(), trials.end(),
@@ -116,6 +115,8 @@ void InitialGuessOptions::Check() const {
 }
 
 State GuessState(const ClothModel& model, const Observation& observation, double lift) {
+  if (observation.experiment != nullptr)
+    return MakeStart(*observation.experiment, model, StartNumber(*observation.experiment, lift));
   const std::optional<double> support = SupportRadius(model.scene);
   CHECK(support.has_value()) << "a drape needs a support";
   return {FlapsFromOutline(
@@ -227,6 +228,8 @@ Eigen::VectorXd OutlinePull::Displacement(const Eigen::VectorXd& x) const {
 
 SettledDrape SettleGuided(Backend& backend, const MaterialField& material, const State& start,
                           const Observation& observation, const SettleOptions& options) {
+  if (observation.experiment != nullptr)
+    return std::move(Settle(backend, material, {&start, 1}, options).front());
   const OutlinePull pull(backend.model(), observation);
   const int pulled = static_cast<int>(kPulled * options.steps.steps);
   const int fading = static_cast<int>(kFading * options.steps.steps);

@@ -67,7 +67,8 @@ struct InitialGuess {
   double profile_rms = 0.0;   // root mean square over the observations [px]
 };
 
-// The start shape of an observation on a mesh: flaps under its outline, without velocity.
+// The start shape of an observation on a mesh, without velocity: flaps under its outline, or
+// the start of an experiment (ListStarts).
 State GuessState(const ClothModel& model, const Observation& observation, double lift);
 
 // The guesses of each scale of each start table that has been tried, best first, in the order of
@@ -116,7 +117,8 @@ class OutlinePull {
   std::vector<Place> places_;  // [V]
 };
 
-// Settles a start under a material as Settle does, with the first of options.steps under the pull.
+// Settles a start under a material as Settle does; towards an outline, with the first of
+// options.steps under the pull.
 SettledDrape SettleGuided(Backend& backend, const MaterialField& material, const State& start,
                           const Observation& observation, const SettleOptions& options);
 

@@ -252,7 +252,7 @@ class StagedFitter {
   void Report(const std::string& stage, double done, double rms) const {
     const double fraction = done / work_.total();
     if (rms <= 0) return control_.Report(fraction, stage);
-    control_.Report(fraction, stage + Format(", best %.2f px", rms));
+    control_.Report(fraction, stage + Format(", best %.2f %s", rms, MisfitUnit(problem_)));
   }
   void ReportRound(const StagedFitState& state, int round) const {
     const auto begin = work_.rounds.begin();
@@ -335,6 +335,28 @@ std::vector<MaterialField> ListStartTables(const FitProblem& problem) {
 
 MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess) {
   return Scaled(tables.at(guess.table), guess.stretch, guess.bend);
+}
+
+const Experiment* FindExperiment(const FitProblem& problem) {
+  return problem.observations.empty() ? nullptr : problem.observations.front().experiment.get();
+}
+
+const char* MisfitUnit(const FitProblem& problem) {
+  return FindExperiment(problem) == nullptr ? "px" : "sigma";
+}
+
+std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
+                                        const std::atomic<bool>* cancel) {
+  std::vector<RolloutBlock> blocks;
+  if (problem.strips != nullptr) blocks = problem.strips->MakeBlocks(cancel);
+  for (const SettledExperiment& each : problem.further) {
+    const std::shared_ptr<Backend> backend = MakeCpuBackend(each.model, 1);
+    blocks.push_back({.runs = {{.backend = backend.get(), .start = each.start, .owned = backend}},
+                      .sights = MakeSights(*each.experiment, each.model->mesh),
+                      .equilibrium = {.cancel = cancel},
+                      .is_unique = true});
+  }
+  return blocks;
 }
 
 std::vector<Observation> LaidObservations(const FitProblem& problem,

@@ -24,6 +24,13 @@ struct TableModel {
   ParameterTying parameters = ParameterTying::kEntries;
 };
 
+// An experiment whose branch is not searched.
+struct SettledExperiment {
+  std::shared_ptr<const Experiment> experiment;
+  std::shared_ptr<const ClothModel> model;
+  State start;
+};
+
 // What is fitted. Backends outlive the call; all have the scene and law of `fine`.
 struct FitProblem {
   Backend* fine = nullptr;    // of the result
@@ -41,6 +48,7 @@ struct FitProblem {
   // The specimen of each observation, from 1 without gaps; empty: each shows its own.
   std::vector<int> specimens = {};
   const Strips* strips = nullptr;  // laboratory measurements, fitted jointly where given
+  std::vector<SettledExperiment> further = {};  // of the same fabric, fitted jointly
 };
 
 struct StagedFitOptions {
@@ -100,7 +108,7 @@ struct FitCandidate {
   Eigen::VectorXd theta;                // log factors on `base`, shape [P]
   std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
   double cost = 0.0;                    // ½ Σ residual², prior included
-  double profile_rms = 0.0;             // over all observations [px]
+  double profile_rms = 0.0;             // over all observations, in MisfitUnit
   FitTermination termination = FitTermination::kFailed;
   int iterations = 0;
   bool done = false;  // in this round
@@ -114,6 +122,13 @@ MaterialField GuessTables(const std::vector<MaterialField>& tables, const Initia
 
 // The observations as a candidate's drapes are laid to them.
 std::vector<Observation> LaidObservations(const FitProblem& problem, const FitCandidate& candidate);
+
+// The experiment that is searched; nullptr where images are fitted.
+const Experiment* FindExperiment(const FitProblem& problem);
+// The unit of misfits: px of outlines, sigma of experiments.
+const char* MisfitUnit(const FitProblem& problem);
+// What is fitted beside the observations: strips, then further experiments.
+std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem, const std::atomic<bool>* cancel);
 
 // The tables of a candidate.
 MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate);

@@ -239,7 +239,7 @@ class Problem {
   }
 
   double RmsPx(const Eigen::VectorXd& x) const {
-    return OutlineRms(input_.fine.model->mesh, x, input_.problem.observations.front())
+    return MisfitRms(input_.fine.model->mesh, x, input_.problem.observations.front())
         .value_or(std::numeric_limits<double>::infinity());
   }
 
@@ -279,13 +279,13 @@ DrapeFunction::DrapeFunction(Backend* backend, const MaterialParametrisation* pa
     : backend_(backend),
       observations_(std::move(observations)),
       options_(options),
-      outlines_(OutlineResiduals(backend, parametrisation, observations_, starts,
+      outlines_(ObservationResiduals(backend, parametrisation, observations_, starts,
                                  any_branch ? AnyBranch(options) : options)),
       prior_sigma_(prior_sigma) {}
 
 void DrapeFunction::RefineFromBest() {
   if (best_shapes_.empty()) return;
-  outlines_ = OutlineResiduals(backend_, &outlines_.parametrisation(), observations_,
+  outlines_ = ObservationResiduals(backend_, &outlines_.parametrisation(), observations_,
                                AtRest(best_shapes_), options_);
 }
 

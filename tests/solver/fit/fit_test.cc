@@ -38,7 +38,7 @@ class FitTest : public testing::Test {
   }
   FitSummary RunFit() {
     outlines_ = std::make_unique<RolloutResiduals>(
-        OutlineResiduals(&backend_, &parametrisation_, observations_, starts_, outline_options_));
+        ObservationResiduals(&backend_, &parametrisation_, observations_, starts_, outline_options_));
     return Fit(*outlines_, fit_options_);
   }
   // The starts are the drapes of the point that is returned, which has the least cost.

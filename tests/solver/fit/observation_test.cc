@@ -29,9 +29,9 @@ TEST(Observation, ComparesOutlinesAtThePublishedScale) {
   ASSERT_GT(photograph.camera.scale, 2 * published.camera.scale);
   EXPECT_LT((photograph.radius - published.radius).cwiseAbs().maxCoeff(), 0.25);
   const Mesh& mesh = backend.model().mesh;
-  const double error = *OutlineRms(mesh, drape, published);
+  const double error = *MisfitRms(mesh, drape, published);
   EXPECT_GT(error, 1);
-  EXPECT_NEAR(*OutlineRms(mesh, drape, photograph), error, 0.05);
+  EXPECT_NEAR(*MisfitRms(mesh, drape, photograph), error, 0.05);
 }
 
 // Pictures that are mirror images or turns of each other have one radius where the warp is turned

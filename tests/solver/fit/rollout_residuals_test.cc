@@ -67,7 +67,7 @@ class OutlineJacobianTest : public testing::TestWithParam<OutlineCase> {
     options.equilibrium.tolerance = 1e-12;
     options.sigma_px = 0.5;
     RolloutResiduals outlines =
-        OutlineResiduals(backend_.get(), &parametrisation_, *observations_, *starts_, options);
+        ObservationResiduals(backend_.get(), &parametrisation_, *observations_, *starts_, options);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     outlines.PrepareForEvaluation(jacobian != nullptr, true);
     Eigen::VectorXd residual(2 * kOutlineAngles);
@@ -138,7 +138,7 @@ class OutlineFieldTest : public testing::Test {
   }
   RolloutResiduals At(const Eigen::VectorXd& theta) {
     RolloutResiduals outlines =
-        OutlineResiduals(backend_.get(), &fields_, observations_, starts_, options_);
+        ObservationResiduals(backend_.get(), &fields_, observations_, starts_, options_);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     return outlines;
   }
@@ -198,7 +198,7 @@ TEST_F(OutlineFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
                                   MakeFieldTerms(mesh_, every));
   ASSERT_GT(many.size(), kMaxDenseParameters);
   RolloutResiduals outlines =
-      OutlineResiduals(backend_.get(), &many, observations_, starts_, options_);
+      ObservationResiduals(backend_.get(), &many, observations_, starts_, options_);
   outlines.PrepareForEvaluation(true, true);
   ASSERT_TRUE(outlines.has_accepted());
   constexpr double kDamping = 1e-2;
@@ -237,7 +237,7 @@ class RolloutResidualsTest : public testing::Test {
     return backend_.Shape(parametrisation_.Material(theta));
   }
   RolloutResiduals Make() {
-    return OutlineResiduals(&backend_, &parametrisation_, observations_, starts_, options_);
+    return ObservationResiduals(&backend_, &parametrisation_, observations_, starts_, options_);
   }
 
   test::FakeBackend backend_;

@@ -35,6 +35,12 @@ void CheckNoSelection(const FitToolOptions& options) {
 // Lists the files of the data and reads the list of the data set.
 FitData MakeFitData(const FitToolOptions& options) {
   FitData data = options.data;
+  if (!data.experiment.empty())
+    for (const char* key : {"mesh", "search_mesh", "coarse_mesh", "contact", "specimen", "support"})
+      if (options.accuracy.given.contains(key))
+        throw InputError(std::string("option '") + key + "'",
+                         "found one beside 'experiment', expected none: its file says what is "
+                         "simulated");
   for (const std::string& image : options.images)
     for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
   for (const std::string& test : options.lab_tests)

@@ -46,10 +46,10 @@ std::vector<Option> StudyOptionList(StudyOptions& options) {
 
 std::vector<Option> FitOptionsOfCells(FitToolOptions& fit, const std::set<std::string>& except) {
   const std::set<std::string> of_each_fit = {
-      "images",  "lab_tests", "fabric",      "density",       "ground_truth",  "model",
-      "out",     "resume",    "data",        "data_fabric",   "samples",       "captures",
-      "face",    "camera",    "data_source", "specimens",     "accuracy",      "solve",
-      "support", "specimen",  "table_form",  "other_fabrics", "accuracy_table"};
+      "images",   "lab_tests", "experiment", "fabric",      "density",       "ground_truth",
+      "model",    "out",       "resume",     "data",        "data_fabric",   "samples",
+      "captures", "face",      "camera",     "data_source", "specimens",     "accuracy",
+      "solve",    "support",   "specimen",   "table_form",  "other_fabrics", "accuracy_table"};
   std::vector<Option> options = FitTable(fit).options;
   std::erase_if(options, [&](const Option& option) {
     return of_each_fit.contains(option.key) || except.contains(option.key);

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/experiment.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <utility>
+
+#include "losses/camera/view.h"
+#include "losses/image/segmentation.h"
+#include "losses/readout/cloud_readouts.h"
+#include "losses/readout/observation_files.h"
+#include "losses/readout/view_readouts.h"
+#include "physics/cloth/scene_io.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/mesh/scan_io.h"
+#include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
+constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
+constexpr double kMostLength = 100.0;  // [m]
+
+// A file that a key names, relative to the folder of the experiments.
+std::string PathOf(const JsonInput& input, const std::string& folder) {
+  const fs::path path = input.String();
+  return path.is_absolute() || folder.empty() ? path.string() : (fs::path(folder) / path).string();
+}
+
+std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
+  input.ExpectKeys({"huber", "cauchy", "tukey"});
+  if (input.Size() != 1) input.Fail("one of huber, cauchy and tukey");
+  const auto width = [&](const char* key) { return input.At(key).NumberWithin(1e-3, 1e3); };
+  if (input.Has("huber")) return std::make_shared<ceres::HuberLoss>(width("huber"));
+  if (input.Has("cauchy")) return std::make_shared<ceres::CauchyLoss>(width("cauchy"));
+  return std::make_shared<ceres::TukeyLoss>(width("tukey"));
+}
+
+Camera ReadCameraOf(const JsonInput& input, const std::string& folder) {
+  return input.value().is_string() ? ReadCamera(PathOf(input, folder)) : ReadCamera(input);
+}
+
+View ReadView(const JsonInput& input, const std::string& folder) {
+  if (!input.Has("position")) return ReadCameraOf(input, folder);
+  input.ExpectKeys({"camera", "position", "target", "up"});
+  return LookAt(ReadCameraOf(input.At("camera"), folder), input.At("position").Vector(3),
+                input.At("target").Vector(3), input.At("up").Vector(3), input.Name());
+}
+
+std::vector<std::string> WithCommonKeys(std::vector<std::string> keys) {
+  keys.insert(keys.end(), {"sigma", "loss"});
+  return keys;
+}
+
+Measurement ReadMarkersOf(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys(WithCommonKeys({"markers"}));
+  const std::string path = PathOf(input.At("markers"), folder);
+  const auto markers = std::make_shared<const MeasuredMarkers>(ReadMarkers(path));
+  return {.name = "markers of " + path,
+          .readout =
+              [=](const Mesh& mesh) {
+                return std::make_shared<MarkerReadout>(WeightsOfMarkers(mesh, *markers, path));
+              },
+          .data = markers->x};
+}
+
+Measurement ReadShapeOf(const JsonInput& input, const std::string& folder, const Mesh& mesh) {
+  input.ExpectKeys(WithCommonKeys({"shape"}));
+  const std::string path = PathOf(input.At("shape"), folder);
+  Measurement measurement{.name = "shape of " + path, .readout = {}, .data = ReadVertices(path)};
+  if (measurement.data.size() != mesh.rest_x.size())
+    throw InputError(path, Format("found %d vertices, expected the %d of the mesh",
+                                  int(measurement.data.size() / 3), mesh.num_vertices()));
+  // Places by their material coordinates, so that another mesh reads the same.
+  const Eigen::Matrix2Xd places = mesh.uv;
+  measurement.readout = [=](const Mesh& other) {
+    return std::make_shared<MarkerReadout>(WeightsOfPlaces(other, places, path));
+  };
+  return measurement;
+}
+
+std::vector<Measurement> ReadPointsOf(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys(WithCommonKeys({"points", "spacing", "max_distance"}));
+  const std::string path = PathOf(input.At("points"), folder);
+  const Eigen::VectorXd points = ReadPointCloud(path);
+  std::vector<Measurement> measurements = {
+      {.name = "points of " + path, .readout = [=](const Mesh& mesh) {
+         return std::make_shared<PointCloudReadout>(mesh, points);
+       }}};
+  if (!input.Has("spacing")) return measurements;
+  UncoveredOptions options{.spacing = input.At("spacing").NumberWithin(0.0, kMostLength)};
+  if (input.Has("max_distance"))
+    options.max_distance = input.At("max_distance").NumberWithin(options.spacing, kMostLength);
+  measurements.push_back(
+      {.name = "cloth without points of " + path, .readout = [=](const Mesh& mesh) {
+         std::vector<int> vertices(mesh.num_vertices());
+         std::iota(vertices.begin(), vertices.end(), 0);
+         return std::make_shared<UncoveredReadout>(points, vertices, options);
+       }});
+  return measurements;
+}
+
+void RequireSize(const std::string& path, int width, int height, const Camera& camera) {
+  if (width == camera.width && height == camera.height) return;
+  throw InputError(path, Format("found %d x %d px, expected the %d x %d of its camera", width,
+                                height, camera.width, camera.height));
+}
+
+Measurement ReadDepthOf(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys(WithCommonKeys({"depth", "metres_per_count", "background", "view"}));
+  const std::string path = PathOf(input.At("depth"), folder);
+  const DepthMap map = ReadDepthMap(path, input.At("metres_per_count").NumberWithin(1e-9, 1.0));
+  const View view = ReadView(input.At("view"), folder);
+  RequireSize(path, map.width, map.height, view.camera);
+  const double background = input.At("background").NumberWithin(0.0, kMostLength);
+  Measurement measurement{.name = "depth of " + path, .readout = [=](const Mesh& mesh) {
+                            return std::make_shared<DepthReadout>(mesh, view, map.pixels,
+                                                                  background);
+                          }};
+  measurement.data.resize(static_cast<Eigen::Index>(map.pixels.size()));
+  for (std::size_t i = 0; i < map.pixels.size(); ++i)
+    measurement.data[static_cast<Eigen::Index>(i)] = map.depth[map.pixels[i]];
+  return measurement;
+}
+
+Measurement ReadSilhouetteOf(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
+  const std::string path = PathOf(input.At("silhouette"), folder);
+  const GrayImage image = ReadSilhouette(path).image;
+  const View view = ReadView(input.At("view"), folder);
+  RequireSize(path, image.width, image.height, view.camera);
+  SoftSilhouetteOptions soft;
+  if (input.Has("half_width")) soft.half_width = input.At("half_width").NumberWithin(0.1, 100.0);
+  Measurement measurement{.name = "silhouette of " + path, .readout = [=](const Mesh& mesh) {
+                            return std::make_shared<SilhouetteReadout>(mesh, view, soft);
+                          }};
+  measurement.data.resize(Eigen::Index{image.width} * image.height);
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column)
+      measurement.data[row * image.width + column] = image.at(column, row);
+  return measurement;
+}
+
+Measurement ReadAngleOf(const JsonInput& input, const Mesh& mesh) {
+  input.ExpectKeys(WithCommonKeys({"angle", "tip", "clamp", "along"}));
+  const JsonInput tip = input.At("tip");
+  std::vector<int> vertices;
+  for (int i = 0; i < tip.ExpectArray().Size(); ++i)
+    vertices.push_back(tip.At(i).IntegerWithin(0, mesh.num_vertices() - 1));
+  if (vertices.empty()) tip.Fail("at least one vertex");
+  const Eigen::Vector3d clamp = input.At("clamp").Vector(3), along = input.At("along").Vector(3);
+  if (along.z() != 0.0 || !(along.norm() > 0.0)) input.At("along").Fail("a horizontal direction");
+  return {.name = "angle",
+          .readout =
+              [=](const Mesh&) {
+                return std::make_shared<AngleReadout>(vertices, clamp, along.normalized());
+              },
+          .data = Eigen::VectorXd::Constant(1, input.At("angle").NumberWithin(-90.0, 90.0))};
+}
+
+std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::string& folder,
+                                         const Mesh& mesh) {
+  std::vector<Measurement> read;
+  if (input.Has("markers"))
+    read = {ReadMarkersOf(input, folder)};
+  else if (input.Has("shape"))
+    read = {ReadShapeOf(input, folder, mesh)};
+  else if (input.Has("points"))
+    read = ReadPointsOf(input, folder);
+  else if (input.Has("depth"))
+    read = {ReadDepthOf(input, folder)};
+  else if (input.Has("silhouette"))
+    read = {ReadSilhouetteOf(input, folder)};
+  else if (input.Has("angle"))
+    read = {ReadAngleOf(input, mesh)};
+  else
+    input.Fail("one of markers, shape, points, depth, silhouette and angle");
+  for (Measurement& each : read) {
+    each.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
+    if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
+    (void)each.readout(mesh);  // a place off the cloth is an error of the file
+  }
+  return read;
+}
+
+// A name that files can have.
+std::string ReadName(const JsonInput& input) {
+  constexpr std::size_t kLongest = 64;
+  const std::string name = input.String();
+  const bool is_plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
+  if (name.empty() || name.size() > kLongest || !is_plain)
+    input.Fail("1 to 64 letters, digits, - and _");
+  return name;
+}
+
+Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "measurements"});
+  Experiment experiment;
+  if (input.Has("name")) experiment.name = ReadName(input.At("name"));
+  const std::string mesh = input.At("mesh").String();
+  experiment.mesh =
+      ParseMeshSpec(mesh.find(':') == std::string::npos ? PathOf(input.At("mesh"), folder) : mesh);
+  const JsonInput scene = input.At("scene");
+  experiment.scene =
+      scene.value().is_string() ? ReadScene(PathOf(scene, folder)) : ReadScene(scene, folder);
+  if (input.Has("start"))
+    experiment.start = ReadStart(PathOf(input.At("start"), folder), experiment.mesh,
+                                 SupportRadius(experiment.scene).value_or(0.0))
+                           .x;
+  if (input.Has("random_starts"))
+    experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
+  const JsonInput measurements = input.At("measurements");
+  if (measurements.ExpectArray().Size() == 0) measurements.Fail("at least one measurement");
+  for (int i = 0; i < measurements.Size(); ++i)
+    for (Measurement& each : ReadMeasurement(measurements.At(i), folder, experiment.mesh)) {
+      const bool is_shape = measurements.At(i).Has("shape");
+      if (is_shape && experiment.start.size() == 0) experiment.start = each.data;
+      experiment.measurements.push_back(std::move(each));
+    }
+  return experiment;
+}
+
+}  // namespace
+
+State MakeStart(const Experiment& experiment, const ClothModel& model, int number) {
+  const Mesh& mesh = model.mesh;
+  Eigen::VectorXd x = mesh.rest_x;
+  if (number > 0) {
+    const double support = SupportRadius(model.scene).value_or(0.0);
+    x = ApplyStartShape(mesh, support, RandomStartShape(static_cast<uint64_t>(number), kWaves));
+  } else if (experiment.start.size() > 0) {
+    x = mesh.num_vertices() == experiment.mesh.num_vertices()
+            ? experiment.start
+            : ReadPositions(InterpolationWeights(experiment.mesh, mesh.uv, Extrapolation::kLinear),
+                            experiment.start);
+  }
+  return {std::move(x), Eigen::VectorXd::Zero(model.num_dofs())};
+}
+
+std::vector<double> ListStarts(const Experiment& experiment) {
+  const int count = experiment.random_starts + 1;
+  std::vector<double> lifts;
+  for (int number = 0; number < count; ++number) lifts.push_back((number + 1.0) / count);
+  return lifts;
+}
+
+int StartNumber(const Experiment& experiment, double lift) {
+  return static_cast<int>(std::lround(lift * (experiment.random_starts + 1))) - 1;
+}
+
+std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh) {
+  std::vector<Sight> sights;
+  for (const Measurement& each : experiment.measurements) {
+    Sight sight{.readouts = {each.readout(mesh)},
+                .data = each.data,
+                .sigma = each.sigma,
+                .loss = each.loss};
+    if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
+    sights.push_back(std::move(sight));
+  }
+  return sights;
+}
+
+std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::VectorXd& x) {
+  Eigen::VectorXd r;
+  if (!sight.readouts.front()->Read(x, &r, nullptr)) return std::nullopt;
+  return ((r - sight.data) / sight.sigma).eval();
+}
+
+double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
+                   Eigen::Ref<Eigen::MatrixXd>* jacobian) {
+  if (sight.loss == nullptr) return 0.5 * residual.squaredNorm();
+  const int group = sight.readouts.front()->group();
+  double cost = 0.0;
+  for (Eigen::Index row = 0; row < residual.size(); row += group) {
+    double rho[3];
+    sight.loss->Evaluate(residual.segment(row, group).squaredNorm(), rho);
+    cost += 0.5 * rho[0];
+    const double weight = std::sqrt(std::max(0.0, rho[1]));
+    residual.segment(row, group) *= weight;
+    if (jacobian != nullptr) jacobian->middleRows(row, group) *= weight;
+  }
+  return cost;
+}
+
+std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
+                             const Eigen::VectorXd& x) {
+  double cost = 0.0;
+  Eigen::Index count = 0;
+  for (const Sight& sight : MakeSights(experiment, mesh)) {
+    std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, x);
+    if (!residual) return std::nullopt;
+    cost += WeighByLoss(sight, *residual, nullptr);
+    count += residual->size();
+  }
+  return std::sqrt(2.0 * cost / static_cast<double>(count));
+}
+
+int CountResiduals(const Experiment& experiment, const Mesh& mesh) {
+  Eigen::Index count = 0;
+  for (const Sight& sight : MakeSights(experiment, mesh)) count += sight.data.size();
+  return static_cast<int>(count);
+}
+
+ExperimentFile ReadExperiments(const std::string& path) {
+  const nlohmann::json document = ReadJsonFile(path);
+  const JsonInput input(document, path);
+  input.ExpectKeys({"material", "density", "lab_tests", "experiments"});
+  const std::string folder = fs::path(path).parent_path().string();
+  ExperimentFile file;
+  if (input.Has("material")) file.material = PathOf(input.At("material"), folder);
+  if (input.Has("density")) {
+    file.density = input.At("density").NumberWithin(1e-4, 10.0);
+    CheckUsual(input.At("density").Name(), file.density, "kg/m2", 0.01, 1.5);
+  }
+  if (input.Has("lab_tests"))
+    for (int i = 0; i < input.At("lab_tests").ExpectArray().Size(); ++i)
+      file.lab_measurements.push_back(PathOf(input.At("lab_tests").At(i), folder));
+  const JsonInput experiments = input.At("experiments");
+  if (experiments.ExpectArray().Size() == 0) experiments.Fail("at least one experiment");
+  for (int i = 0; i < experiments.Size(); ++i) {
+    file.experiments.push_back(ReadExperiment(experiments.At(i), folder));
+    if (file.experiments.back().name.empty())
+      file.experiments.back().name = "experiment_" + std::to_string(i + 1);
+  }
+  return file;
+}
+
+}  // namespace drape

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ceres/loss_function.h>
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses/readout/readout.h"
+#include "physics/cloth/cloth_model.h"
+#include "physics/cloth/state.h"
+#include "physics/material/material.h"
+
+namespace drape {
+
+// Numbers that were measured of a cloth, whatever mesh simulates it.
+struct Measurement {
+  std::string name;  // "markers of corners.csv"
+  // What reads them of a shape of a mesh, which outlives the readout.
+  std::function<std::shared_ptr<const Readout>(const Mesh& mesh)> readout;
+  Eigen::VectorXd data = {};  // in the unit of the readout, shape [K]; empty: all are zero
+  double sigma = 1.0;         // standard deviation of a number, in that unit
+  // Of the squared norm of each group of numbers (Readout::group) by sigma²; none: its square.
+  std::shared_ptr<ceres::LossFunction> loss = {};
+};
+
+// One cloth at rest on its scene, and what was measured of it.
+struct Experiment {
+  std::string name;
+  Mesh mesh;
+  Scene scene;
+  std::vector<Measurement> measurements;
+  // Shapes from which its branch is sought: the given one, or flat, is number 0; the others are
+  // flat with random waves.
+  Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
+  int random_starts = 2;
+};
+
+// Start `number` of an experiment, at rest: 0 … random_starts.
+State MakeStart(const Experiment& experiment, const ClothModel& model, int number);
+// The starts as InitialGuessOptions::lifts: (number + 1)/(random_starts + 1).
+std::vector<double> ListStarts(const Experiment& experiment);
+int StartNumber(const Experiment& experiment, double lift);
+
+// What is read of simulated cloths, beside what was measured. Residuals: (read − data)/sigma.
+struct Sight {
+  // One for each run of a block, on its mesh; the mean of their readings counts.
+  std::vector<std::shared_ptr<const Readout>> readouts;
+  Eigen::VectorXd data;  // shape [K]
+  double sigma = 1.0;
+  std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
+};
+std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh);
+
+// Residuals of one sight of one shape, shape [K]; nothing where it cannot be read.
+std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::VectorXd& x);
+// Weighs the residuals of a sight, and rows of their Jacobian if not null, by √ρ' of its loss, so
+// that their squares give the normal equations of the loss to first order. Returns ½ Σ ρ.
+double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
+                   Eigen::Ref<Eigen::MatrixXd>* jacobian);
+
+// How far a shape is from what was measured: √(Σ ρ/N) of the N residuals, 1 where they are as large
+// as their standard deviations. Nothing where the shape cannot be read.
+std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
+                             const Eigen::VectorXd& x);
+int CountResiduals(const Experiment& experiment, const Mesh& mesh);
+
+// A file of experiments with one fabric.
+struct ExperimentFile {
+  std::string material;                            // start tables (ReadMaterial); empty: not given
+  double density = 0.0;                            // [kg/m²]; 0: that of `material`
+  std::vector<Experiment> experiments;             // at least one
+  std::vector<std::string> lab_measurements = {};  // files (ReadLabMeasurements)
+};
+// Paths are relative to the folder of the file. Throws InputError (file, key, value, what was
+// expected):
+//   {"material": "fabric.json", "density": 0.12, "lab_tests": ["warp.json"],
+//    "experiments": [{"name": "square", "mesh": "strip:0.3x0.3x20" (ParseMeshSpec),
+//      "scene": "two_corners.json" or the object (ReadScene), "start": "state.json" (ReadStart),
+//      "random_starts": 2, "measurements": […, …]}, …]}
+// A measurement is one of
+//   {"markers": "markers.csv", "sigma": 0.002}                  [m] (ReadMarkers)
+//   {"shape": "registered.obj", "sigma": 0.002}                 [m], a vertex of it for each of
+//   ours
+//   {"points": "scan.ply", "sigma": 0.002, "spacing": 0.005, "max_distance": 0.02}
+//       [m] (ReadPointCloud); spacing: also how far cloth is from the points (UncoveredReadout)
+//   {"depth": "depth.png", "metres_per_count": 1e-4, "background": 1.5, "view": …, "sigma": 0.002}
+//       [m] (ReadDepthMap, DepthReadout)
+//   {"silhouette": "side.png", "view": …, "half_width": 1, "sigma": 0.3}   coverage
+//   {"angle": 41.5, "tip": [3, 4], "clamp": [0, 0, 0], "along": [1, 0, 0], "sigma": 1}   [°]
+// each with an optional "loss": {"huber": 2}, {"cauchy": 2} or {"tukey": 4}, in units of sigma. A
+// view is a camera (CameraJson) or {"camera": …, "position": [m], "target": [m], "up": [0, 0, 1]}
+// (LookAt); a camera may be the path of its file.
+ExperimentFile ReadExperiments(const std::string& path);
+
+}  // namespace drape
