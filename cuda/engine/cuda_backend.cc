@@ -11,6 +11,7 @@
 #include "cuda/engine/equilibrium_engine.h"
 #include "cuda/engine/rollout_engine.h"
 #include "cuda/factor/multifrontal.h"
+#include "physics/util/errors.h"
 #include "physics/util/run_control.h"
 
 namespace drape {
@@ -39,6 +40,19 @@ struct Share {
   }
 };
 
+// Throws InputError where a batch wants what the kernels have not.
+void RequireSupported(std::span<const RolloutInput> batch, const RolloutOptions& options) {
+  const auto refuse = [](const std::string& what) {
+    throw InputError("cuda", "found " + what + ", which the CPU backend computes only");
+  };
+  if (!options.frames.empty()) refuse("frames");
+  for (const RolloutInput& input : batch) {
+    if (input.material->dynamics.Acts()) refuse("damping or air");
+    if (input.tangent != nullptr) refuse("further columns of a tangent");
+    if (input.adjoint != nullptr) refuse("further seeds or gradients of an adjoint");
+  }
+}
+
 class CudaBackend final : public Backend {
  public:
   CudaBackend(std::shared_ptr<const ClothModel> model, const std::vector<DeviceInfo>& devices,
@@ -62,6 +76,7 @@ class CudaBackend final : public Backend {
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
     options.Check();
+    RequireSupported(batch, options);
     std::vector<RolloutResult> results(batch.size());
     std::vector<char> failed(batch.size());
     if (recordings != nullptr) recordings->assign(batch.size(), {});
@@ -84,6 +99,7 @@ class CudaBackend final : public Backend {
                                       std::span<const MaterialField* const> weights,
                                       const RolloutOptions& options) override {
     options.Check();
+    RequireSupported(batch, options);
     CHECK_EQ(weights.size(), batch.size());
     std::vector<TangentResult> results(batch.size());
     std::vector<char> failed(batch.size());
@@ -101,6 +117,7 @@ class CudaBackend final : public Backend {
                                       std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
     options.Check();
+    RequireSupported(batch, options);
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());

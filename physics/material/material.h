@@ -43,12 +43,24 @@ struct BendTable {
   DRAPE_INLINE const double* entries() const { return &b[0][0]; }
 };
 
+// What acts on a cloth only while it moves, in linearly implicit time steps [MODEL, M64, M65].
+// Where all is zero nothing acts, and a step has the bits that it has without.
+struct Dynamics {
+  double mass_damping = 0.0;            // α of the damping force −αM·v [1/s]
+  double stiffness_damping = 0.0;       // β of the damping force −βH·v, H of the elements [s]
+  double air_drag = 0.0;                // half of the density of air × drag coefficient [kg/m³]
+  Vec3<double> wind = {0.0, 0.0, 0.0};  // velocity of the air [m/s]
+
+  bool Acts() const { return mass_damping != 0.0 || stiffness_damping != 0.0 || air_drag != 0.0; }
+};
+
 // The fabric as a rollout uses it: one table for the whole cloth (homogeneous) or one for each
 // element (heterogeneous, or a sample of a hierarchical model).
 struct MaterialField {
   double density = 0.0;               // [kg/m²]
   std::vector<StretchTable> stretch;  // 1 or F tables
   std::vector<BendTable> bend;        // 1 or E tables (E hinges)
+  Dynamics dynamics = {};
 
   const StretchTable& stretch_of(int face) const {
     return stretch.size() == 1 ? stretch[0] : stretch[face];

@@ -42,7 +42,9 @@ class CpuBackend final : public Backend {
                                       const RolloutOptions& options) override {
     CHECK_EQ(weights.size(), batch.size());
     return ForEach<TangentResult>(batch.size(), [&](StepSolver& solver, int i) {
-      return RolloutTangent(solver, *batch[i].material, *weights[i], *batch[i].start, options);
+      const TangentOptions* more = batch[i].tangent;
+      return RolloutTangent(solver, *batch[i].material, *weights[i], *batch[i].start, options,
+                            more == nullptr ? TangentOptions() : *more);
     });
   }
 
@@ -53,7 +55,9 @@ class CpuBackend final : public Backend {
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(dL_dx.size(), batch.size());
     return ForEach<AdjointResult>(batch.size(), [&](StepSolver& solver, int i) {
-      return RolloutAdjoint(solver, *batch[i].material, options, recordings[i], dL_dx[i]);
+      const AdjointOptions* more = batch[i].adjoint;
+      return RolloutAdjoint(solver, *batch[i].material, options, recordings[i], dL_dx[i],
+                            more == nullptr ? AdjointOptions() : *more);
     });
   }
 

@@ -12,12 +12,16 @@
 
 namespace drape {
 
-// One rollout of a batch. The pointed-to objects outlive the call. Here and in all derivatives by
-// the material the entries are those of MaterialField, in ARCSim's convention [MODEL, M9]: half the
-// membrane stiffness, four times the rigidity. Files are in the mechanical convention.
+// One rollout of a batch. The pointed-to objects outlive the call. What Rollouts and Equilibria do
+// not use they do not read: `tangent` is of Tangents, `adjoint` of Adjoints; null: nothing more.
+// Here and in all derivatives by the material the entries are those of MaterialField, in ARCSim's
+// convention [MODEL, M9]: half the membrane stiffness, four times the rigidity. Files are in the
+// mechanical convention.
 struct RolloutInput {
   const MaterialField* material = nullptr;
   const State* start = nullptr;
+  const TangentOptions* tangent = nullptr;
+  const AdjointOptions* adjoint = nullptr;
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
@@ -32,7 +36,8 @@ class Backend {
   virtual const ClothModel& model() const = 0;
   virtual int threads() const = 0;  // of the host, at most; ≥ 1
 
-  // recordings: nullptr, or resized to the batch and filled for Adjoints.
+  // recordings: nullptr, or resized to the batch and filled for Adjoints. options.frames: of all
+  // rollouts of the batch.
   virtual std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                               const RolloutOptions& options,
                                               std::vector<Recording>* recordings) = 0;
@@ -46,7 +51,8 @@ class Backend {
                                               std::span<const RowMatrix> dL_dx,
                                               const RolloutOptions& options) = 0;
 
-  // Drapes at rest near the starts (their velocities do not count).
+  // Drapes at rest in still air near the starts (their velocities and MaterialField::dynamics do
+  // not count).
   virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                                     const EquilibriumOptions& options) = 0;
   // ∂x/∂p of equilibria that are given as the starts, shape [3V, 39] each; empty where K is not

@@ -54,6 +54,7 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
   CHECK(!HasSelfContact(model_->scene)) << "self-contact is one of the options";
+  CHECK(!material.dynamics.Acts()) << "damping and air are in linearly implicit steps only";
   if (options_.linear_solver == nullptr) options_.linear_solver = MakeLinearSolver(model_->pattern);
   linear_ = std::make_unique<Linear>(model_, material_, options_.linear_solver->Clone(),
                                      options_.threads);

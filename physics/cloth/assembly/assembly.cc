@@ -103,10 +103,10 @@ void ForEachPart(const AssemblyParts& parts, const Add& add) {
   for (int k = 0; k < count; ++k) add(&parts[k]);
 }
 
-// Adds stretch and bend of a step. A may be null (forces only).
+// Adds stretch and bend of a step: f and h2·H. A may be null (forces only).
 template <class Law>
 void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField& material,
-                    const double* x, double h, double* force, BlockMatrix* A,
+                    const double* x, double h2, double* force, BlockMatrix* A,
                     const AssemblyPart* part) {
   const auto add = [&](int f, unsigned corners) {
     const Face& face = model.mesh.faces[f];
@@ -119,14 +119,14 @@ void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField
       const Columns column = StretchStiffnessTimes(k, F, UnitColumns(j));
       for (int i = 0; i < 6; ++i) H[i][j] = Component(column, i);
     }
-    AddFaceBlocks(face, H, h * h * face.area, &model.pattern.face_block[9 * f], *A, corners);
+    AddFaceBlocks(face, H, h2 * face.area, &model.pattern.face_block[9 * f], *A, corners);
   };
   ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
 }
 
 template <class Law>
 void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& material,
-                 const double* x, double h, double* force, BlockMatrix* A,
+                 const double* x, double h2, double* force, BlockMatrix* A,
                  const AssemblyPart* part) {
   const auto add = [&](int e, unsigned corners) {
     const Hinge& hinge = model.mesh.hinges[e];
@@ -138,21 +138,21 @@ void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& m
     for (int a = 0; a < 4; ++a)
       if ((corners >> a & 1U) != 0) AddTo(force, hinge.vertex[a], (-kappa * mu.value) * d.d[a]);
     if (A != nullptr)
-      AddHingeBlocks(d, h * h * kappa * mu.slope, &model.pattern.hinge_block[16 * e], *A, corners);
+      AddHingeBlocks(d, h2 * kappa * mu.slope, &model.pattern.hinge_block[16 * e], *A, corners);
   };
   ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
 void AddElements(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                 double h, Eigen::VectorXd& force, BlockMatrix* A, const AssemblyParts& parts) {
+                 double h2, Eigen::VectorXd& force, BlockMatrix* A, const AssemblyParts& parts) {
   ForEachPart(parts, [&](const AssemblyPart* part) {
     VisitLaws(
         model,
         [&](const auto& law) {
-          AddStretchStep(law, model, material, x.data(), h, force.data(), A, part);
+          AddStretchStep(law, model, material, x.data(), h2, force.data(), A, part);
         },
         [&](const auto& law) {
-          AddBendStep(law, model, material, x.data(), h, force.data(), A, part);
+          AddBendStep(law, model, material, x.data(), h2, force.data(), A, part);
         });
   });
 }
@@ -220,6 +220,13 @@ void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x, Stiffne
 
 }  // namespace
 
+DampedVelocity::DampedVelocity(const MaterialField& material, const Eigen::VectorXd& w, double h)
+    : data_(w.data()) {
+  if (material.dynamics.stiffness_damping == 0.0) return;
+  scaled_ = (1.0 + material.dynamics.stiffness_damping / h) * w;
+  data_ = scaled_.data();
+}
+
 std::vector<AssemblyPart> SplitAssembly(const Mesh& mesh, int parts) {
   CHECK_GE(parts, 1);
   std::vector<int> vertices(mesh.num_vertices()), part_of(mesh.num_vertices());
@@ -245,9 +252,14 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
   force.setZero(x.size());
   A.SetZero();
   AddOuterForces(model, material.density, x, force);
-  AddElements(model, material, x, h, force, &A, parts);
+  const Dynamics& moving = material.dynamics;
+  AddElements(model, material, x, h * (h + moving.stiffness_damping), force, &A, parts);
   for (int i = 0; i < model.mesh.num_vertices(); ++i)
     A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
+  if (moving.mass_damping != 0.0)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      A.AddScaledIdentity(model.pattern.diagonal[i],
+                          h * moving.mass_damping * material.density * model.vertex_area[i]);
   for (int i : model.held)
     A.AddScaledIdentity(model.pattern.diagonal[i], h * h * model.scene.handles->stiffness);
   if (model.scene.contact)
@@ -265,14 +277,15 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
                             BlockMatrix& derivative, SurfaceContact* self,
                             const AssemblyParts& parts) {
   derivative.SetZero();
+  const DampedVelocity damped(material, w, h);
   ForEachPart(parts, [&](const AssemblyPart* part) {
     VisitLaws(
         model,
         [&](const auto& law) {
-          AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+          AddStretchDerivative(law, model, material, x.data(), damped.data(), h, derivative, part);
         },
         [&](const auto& law) {
-          AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+          AddBendDerivative(law, model, material, x.data(), damped.data(), h, derivative, part);
         });
   });
   for (int i : model.held)

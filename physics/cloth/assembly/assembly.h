@@ -103,11 +103,27 @@ void AssembleForce(const ClothModel& model, const MaterialField& material, const
                    Eigen::VectorXd& force, SurfaceContact* self = nullptr,
                    const AssemblyParts& parts = {});
 
-// Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg]. CHECKs here and below that the pattern
+// Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg], with the damping of material.dynamics
+// (1 + hα)·M + h²·H + hβ·H of the elements [MODEL, M64]. CHECKs here and below that the pattern
 // has the blocks of pairs that touch.
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                   double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self = nullptr,
                   const AssemblyParts& parts = {});
+
+// The velocity by which elements that are damped by their stiffness enter g: their part h²·H·w
+// grows to (h² + hβ)·H·w, which is h²·H times (1 + β/h)·w [MODEL, M64]. Without this damping it is
+// w itself, which outlives it.
+class DampedVelocity {
+ public:
+  DampedVelocity(const MaterialField& material, const Eigen::VectorXd& w, double h);
+  DampedVelocity(const DampedVelocity&) = delete;
+  DampedVelocity& operator=(const DampedVelocity&) = delete;
+  const double* data() const { return data_; }  // [3V]
+
+ private:
+  Eigen::VectorXd scaled_;
+  const double* data_;
+};
 
 // Computes ∂g/∂x with w held [kg/s] [MODEL, M39]. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact
 // stiffness of statics [N/m] [MODEL, M33]. Where the cloth touches itself, that is all there is:

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/dynamics.h"
 #include "physics/material/laws/element_sensitivity.h"
 #include "physics/util/math/simd.h"
 
@@ -167,13 +168,14 @@ void AddMaterialColumns(const ClothModel& model, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x,
                         const Eigen::VectorXd& w, double h, RowMatrix& columns) {
   CHECK_GE(columns.cols(), kMaterialEntries);
+  const DampedVelocity damped(material, w, h);
   VisitLaws(
       model,
       [&](const auto& law) {
-        AddStretchColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+        AddStretchColumns(law, model, material, weight, x.data(), damped.data(), h, columns);
       },
       [&](const auto& law) {
-        AddBendColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+        AddBendColumns(law, model, material, weight, x.data(), damped.data(), h, columns);
       });
 }
 
@@ -196,13 +198,15 @@ void AddMaterialGradient(const ClothModel& model, const MaterialField& material,
                          const RowMatrix& lambda, MaterialGradient& gradient) {
   CHECK_EQ(lambda.rows(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), lambda.cols());
+  const DampedVelocity damped(material, w, h);
   VisitLaws(
       model,
       [&](const auto& law) {
-        AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
+        AddStretchGradient(law, model, material, x.data(), damped.data(), h, lambda,
+                           gradient.stretch);
       },
       [&](const auto& law) {
-        AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
+        AddBendGradient(law, model, material, x.data(), damped.data(), h, lambda, gradient.bend);
       });
 }
 
@@ -264,9 +268,14 @@ void StepSolver::Widen(const Eigen::VectorXd& x) {
   MakeMatrices();
 }
 
-bool StepSolver::Factor(const MaterialField& material, const Eigen::VectorXd& x, double h) {
+bool StepSolver::Factor(const MaterialField& material, const Eigen::VectorXd& x, double h,
+                        const Eigen::VectorXd* v) {
   Widen(x);
   AssembleStep(wide_model(), material, x, h, force_, matrix_, self_.get(), parts_);
+  if (material.dynamics.air_drag != 0.0) {
+    CHECK(v != nullptr) << "drag of air needs the velocity before the step";
+    AddAirStep(wide_model(), material, x, *v, h, force_, matrix_);
+  }
   return linear().Factor(matrix_);
 }
 
@@ -284,14 +293,15 @@ void AdjStep(const ClothModel& model, const MaterialField& material, const Eigen
   CHECK_EQ(lambda.size(), model.num_dofs());
   CHECK_EQ(adj_x.size(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), 1);
+  const DampedVelocity damped(material, w, h);
   VisitLaws(
       model,
       [&](const auto& law) {
-        AdjStretch(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
+        AdjStretch(law, model, material, x.data(), damped.data(), h, lambda.data(), adj_x.data(),
                    gradient.stretch.data());
       },
       [&](const auto& law) {
-        AdjBend(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
+        AdjBend(law, model, material, x.data(), damped.data(), h, lambda.data(), adj_x.data(),
                 gradient.bend.data());
       });
   for (int i : model.held)

@@ -72,8 +72,11 @@ class StepSolver {
   // Goes back to the model's own pattern, so that nothing depends on what was solved before.
   void Forget();
 
-  // Factors A(x); force() is f(x) afterwards. Returns false when A is not positive definite.
-  [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h);
+  // Factors A(x); force() is f(x) afterwards, with the push of the wind where there is drag of air:
+  // it depends on v, the velocity before the step [m/s], shape [3V], which may be null otherwise.
+  // Returns false when A is not positive definite.
+  [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h,
+                            const Eigen::VectorXd* v = nullptr);
   const Eigen::VectorXd& force() const { return force_; }
   // Assembles ∂g/∂x with w held.
   const BlockMatrix& StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,

@@ -155,6 +155,7 @@ Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
       weightless_(material),
       symmetric_(solver.wide_model().pattern) {
   weightless_.density = 0.0;
+  weightless_.dynamics = {};
 }
 
 void Stiffness::Assemble(const Eigen::VectorXd& x, StiffnessPart part) {
