@@ -20,14 +20,14 @@
 namespace drape {
 namespace {
 
-constexpr std::size_t kMostRows = std::size_t{1} << 24;
-constexpr int64_t kMostDepthPixels = int64_t{1} << 26;
+constexpr std::size_t kMost = std::size_t{1} << 24;  // rows, points, pixels
+constexpr std::size_t kMostFields = 100;             // of a line that are looked at
 
 // The fields of a line, without blanks and quotes around them.
 std::vector<std::string> SplitFields(std::string_view line, char separator) {
   constexpr std::string_view kAround = " \t\r\"";
   std::vector<std::string> fields;
-  for (std::size_t begin = 0; begin <= line.size();) {
+  for (std::size_t begin = 0; begin <= line.size() && fields.size() < kMostFields;) {
     const std::size_t end = std::min(line.find(separator, begin), line.size());
     std::string_view field = line.substr(begin, end - begin);
     field.remove_prefix(std::min(field.find_first_not_of(kAround), field.size()));
@@ -68,7 +68,7 @@ class TableReader {
     if (std::find(headers.begin(), headers.end(), table.header) == headers.end())
       Fail("found '" + MakePrintableLine(line) + "', expected " + Either(headers));
     while (NextLine(&line)) {
-      if (table.rows.size() == kMostRows) Fail("found a row more, expected at most 2^24");
+      if (table.rows.size() == kMost) Fail("found a row more, expected at most 2^24");
       table.rows.push_back(Numbers(line, names));
     }
     if (table.rows.empty()) throw InputError(path_, "found a header alone, expected rows below it");
@@ -168,8 +168,8 @@ void CheckIsGrey16(const std::string& bytes, const std::string& path) {
                                   "bits (colour type 0)",
                                   png[kDepth], png[kColour]));
   const int64_t width = png_get_uint_32(png + kWidth), height = png_get_uint_32(png + kHeight);
-  if (width * height > kMostDepthPixels)
-    throw InputError(path, Format("image is %lldx%lld, expected at most 2^26 pixels",
+  if (width * height > static_cast<int64_t>(kMost))
+    throw InputError(path, Format("image is %lldx%lld, expected at most 2^24 pixels",
                                   static_cast<long long>(width), static_cast<long long>(height)));
 }
 
@@ -208,7 +208,7 @@ Eigen::VectorXd ReadPointCloud(const std::string& path) {
   const Eigen::VectorXd x = IsSurfaceFile(path)
                                 ? ReadVertices(path)
                                 : LastColumns(TableReader(path).Read({"x,y,z", "x_m,y_m,z_m"}));
-  if (x.size() > 3 * static_cast<Eigen::Index>(kMostRows))
+  if (x.size() > 3 * static_cast<Eigen::Index>(kMost))
     throw InputError(path, Format("found %td points, expected at most 2^24", x.size() / 3));
   CheckExtent(x, path);
   return x;

@@ -12,8 +12,8 @@
 namespace drape {
 
 // Measurements as files hold them. All readers throw an InputError that names the file, the line or
-// what else is wrong, and what was expected; also for more than 2^24 rows or 2^26 pixels, and for
-// an extent in another unit than metres (CheckUsual).
+// what else is wrong, and what was expected; also for more than 2^24 rows, points or pixels, and
+// for an extent in another unit than metres (CheckUsual).
 //
 // A table is text: a header with the names of the columns, in that order, and a line of numbers for
 // each row, separated by commas or semicolons. Between semicolons a comma is a decimal point. A

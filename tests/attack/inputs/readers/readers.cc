@@ -10,7 +10,7 @@ std::vector<Reader> MakeReaders(const std::string& valid, const std::string& scr
   for (std::vector<Reader> some :
        {MakeClothReaders(valid, scratch), MakeSettingReaders(valid, scratch),
         MakeImageReaders(valid), MakeRecordReaders(scratch), MakeResultReaders(scratch),
-        MakeSpaceReaders(valid), MakeGarmentReaders(valid)})
+        MakeSpaceReaders(valid), MakeGarmentReaders(valid), MakeObservationReaders()})
     for (Reader& reader : some) all.push_back(std::move(reader));
   return all;
 }

@@ -32,6 +32,7 @@ std::vector<Reader> MakeReaders(const std::string& valid, const std::string& scr
 std::vector<Reader> MakeClothReaders(const std::string& valid, const std::string& scratch);
 std::vector<Reader> MakeSettingReaders(const std::string& valid, const std::string& scratch);
 std::vector<Reader> MakeImageReaders(const std::string& valid);
+std::vector<Reader> MakeObservationReaders();
 std::vector<Reader> MakeRecordReaders(const std::string& scratch);
 std::vector<Reader> MakeResultReaders(const std::string& scratch);
 std::vector<Reader> MakeSpaceReaders(const std::string& valid);
