@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cuda/engine/equilibrium_engine.h"
+#include "cuda/engine/history.h"
 #include "cuda/engine/rollout_engine.h"
 #include "cuda/factor/multifrontal.h"
 #include "physics/util/errors.h"
@@ -40,17 +41,41 @@ struct Share {
   }
 };
 
-// Throws InputError where a batch wants what the kernels have not.
-void RequireSupported(std::span<const RolloutInput> batch, const RolloutOptions& options) {
-  const auto refuse = [](const std::string& what) {
-    throw InputError("cuda", "found " + what + ", which the CPU backend computes only");
-  };
-  if (!options.frames.empty()) refuse("frames");
-  for (const RolloutInput& input : batch) {
-    if (input.material->dynamics.Acts()) refuse("damping or air");
-    if (input.tangent != nullptr) refuse("further columns of a tangent");
-    if (input.adjoint != nullptr) refuse("further seeds or gradients of an adjoint");
-  }
+// Throws InputError where a batch wants what the kernels have not, for which `found` looks.
+template <class Found>
+void Require(std::span<const RolloutInput> batch, const Found& found, const std::string& what) {
+  if (std::ranges::any_of(batch, found))
+    throw InputError("cuda", "found " + what + ", which only the CPU backend computes");
+}
+
+void RequireStep(std::span<const RolloutInput> batch) {
+  Require(
+      batch, [](const RolloutInput& input) { return input.material->dynamics.air_drag != 0.0; },
+      "drag of air");
+}
+
+void RequireTangents(std::span<const RolloutInput> batch) {
+  RequireStep(batch);
+  Require(
+      batch,
+      [](const RolloutInput& input) {
+        const TangentOptions* more = input.tangent;
+        return more != nullptr &&
+               (more->dynamics || more->start_dx.size() > 0 || more->start_dv.size() > 0);
+      },
+      "further columns of a tangent");
+}
+
+void RequireAdjoints(std::span<const RolloutInput> batch, const RolloutOptions& options) {
+  RequireStep(batch);
+  for (const RolloutInput& input : batch)
+    CHECK(input.adjoint == nullptr || input.adjoint->frames.empty() ||
+          input.adjoint->frames.size() == options.frames.size())
+        << "AdjointOptions";
+  Require(
+      batch,
+      [](const RolloutInput& input) { return input.adjoint != nullptr && input.adjoint->dynamics; },
+      "an adjoint by density, damping, drag and wind");
 }
 
 class CudaBackend final : public Backend {
@@ -76,7 +101,7 @@ class CudaBackend final : public Backend {
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
     options.Check();
-    RequireSupported(batch, options);
+    RequireStep(batch);
     std::vector<RolloutResult> results(batch.size());
     std::vector<char> failed(batch.size());
     if (recordings != nullptr) recordings->assign(batch.size(), {});
@@ -99,7 +124,7 @@ class CudaBackend final : public Backend {
                                       std::span<const MaterialField* const> weights,
                                       const RolloutOptions& options) override {
     options.Check();
-    RequireSupported(batch, options);
+    RequireTangents(batch);
     CHECK_EQ(weights.size(), batch.size());
     std::vector<TangentResult> results(batch.size());
     std::vector<char> failed(batch.size());
@@ -117,7 +142,7 @@ class CudaBackend final : public Backend {
                                       std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
     options.Check();
-    RequireSupported(batch, options);
+    RequireAdjoints(batch, options);
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());

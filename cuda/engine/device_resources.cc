@@ -184,6 +184,7 @@ StepWorkspace StepWorkspace::Take(Arena& arena, const DeviceCloth& cloth, int sl
   w.update = arena.Take<double>(n * plan.update_size);
   w.rhs = arena.Take<double>(dofs);
   w.solution = arena.Take<double>(dofs);
+  w.damped = arena.Take<double>(dofs);
   w.records = {arena.Take<FaceRecord>(n * cloth.view().num_faces),
                arena.Take<HingeRecord>(n * cloth.view().num_hinges)};
   w.failed = arena.Take<int>(n);

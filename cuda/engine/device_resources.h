@@ -109,6 +109,7 @@ struct StepWorkspace {
   double *matrix, *update;
   FactorPlace factor;
   double *rhs, *solution;  // [3V]
+  double* damped;          // [3V], of derivatives; null where no material of the batch needs it
   StepRecords records;
   int* failed;  // [1]
   int* step;    // [1] of all slots

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "cuda/engine/frames.h"
+#include "cuda/engine/history.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.h"
 
@@ -35,6 +37,22 @@ struct TangentWorkspace {
   }
 };
 
+// Leaves the place of damped velocities empty where no material is damped by its stiffness.
+void ForgetDamping(std::span<const RolloutInput> batch, StepWorkspace& w) {
+  if (std::ranges::none_of(batch, [](const RolloutInput& input) {
+        return input.material->dynamics.stiffness_damping != 0.0;
+      }))
+    w.damped = nullptr;
+}
+// The velocities of a group of slots as elements see them in derivatives, from w.
+const double* LaunchDamping(const LaunchContext& on, const StepWorkspace& step, std::int64_t first,
+                            const double* w, double h) {
+  if (step.damped == nullptr) return w;
+  double* damped = step.damped + first * on.cloth.num_dofs();
+  LaunchDampVelocity(on, w, h, damped);
+  return damped;
+}
+
 // A step of a group of slots, from `first` on, and of its derivatives.
 void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal,
                        const TangentWorkspace& w, const MaterialView* scales, std::int64_t first,
@@ -47,8 +65,9 @@ void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal
   const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
   const FactorRecords factors = w.factors.From(on.cloth, first);
   LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
-  LaunchDerivativeRecords(on, found, h, derivatives);
-  LaunchFactorRecords(on, scales, found, h, factors);
+  const double* seen = LaunchDamping(on, w.step, first, found, h);
+  LaunchDerivativeRecords(on, seen, h, derivatives);
+  LaunchFactorRecords(on, scales, seen, h, factors);
   LaunchGatherDerivative(on, derivatives, found, h, blocks);
   LaunchTangentRhs(on, factors, blocks, dx, dv);
   multifrontal.Solve(
@@ -59,10 +78,10 @@ void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal
                      {nullptr, nullptr, 0, nullptr});
 }
 
-// The steps that were done.
-int RunTangents(DeviceResources& resources, const TangentWorkspace& w,
-                std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-                const RolloutOptions& options) {
+// The steps that were done. at_frame: sees the workspace there.
+int RunTangents(DeviceResources& resources, TangentWorkspace w, std::span<const RolloutInput> batch,
+                std::span<const MaterialField* const> weights, const RolloutOptions& options,
+                const std::function<void(int frame)>& at_frame) {
   const DeviceCloth& cloth = resources.cloth();
   const int slots = static_cast<int>(batch.size()), dofs = cloth.view().num_dofs();
   const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
@@ -71,6 +90,7 @@ int RunTangents(DeviceResources& resources, const TangentWorkspace& w,
   resources.Clear(w.step.failed, slots * sizeof(int));
   resources.Clear(w.dx, slots * columns * sizeof(double));
   resources.Clear(w.dv, slots * columns * sizeof(double));
+  ForgetDamping(batch, w.step);
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
   LaunchPushOut(resources.On(shapes), w.step.x);
   const Streams& streams = resources.streams();
@@ -80,7 +100,8 @@ int RunTangents(DeviceResources& resources, const TangentWorkspace& w,
                         cloth.multifrontal(), w, scales.views() + first, first, options.h);
     });
   });
-  const int done = resources.RunSteps(step, options.steps, options.cancel);
+  const int done =
+      RunToFrames(resources, step, options.steps, options, StopsForwards(options), at_frame);
   streams.Synchronize();
   return done;
 }
@@ -143,140 +164,27 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
     multifrontal.Solve(w.step.factor.From(first, plan.factor_size),
                        {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
                        on.batch.slots, on.stream);
+  const double* seen = LaunchDamping(on, w.step, first, end_v, back.h);
   if (m == 1) {
     const AdjointRecords records = w.single.From(on.cloth, first);
-    LaunchAdjointRecords(on, end_v, back.h, lambda, records, back.sums.From(first));
+    LaunchAdjointRecords(on, seen, back.h, lambda, records, back.sums.From(first));
     LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
     return;
   }
   double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
   const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
-  LaunchDerivativeRecords(on, end_v, back.h, derivatives);
+  LaunchDerivativeRecords(on, seen, back.h, derivatives);
   LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
   LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
-  LaunchAdjointMaterial(on, end_v, back.h, lambda, back.sums.From(first), m);
-}
-
-// Where the states of a recorded batch go, and whether its factors are kept too.
-struct HistoryChoice {
-  bool on_device = false, with_factors = false;
-};
-
-// The size of one rollout's states and factors [bytes].
-std::size_t HistoryBytes(const DeviceCloth& cloth, int steps) {
-  return 2 * sizeof(double) * cloth.view().num_dofs() * steps;
-}
-
-std::size_t FactorBytes(const DeviceCloth& cloth, int steps) {
-  return sizeof(double) * cloth.multifrontal().view().factor_size * steps;
-}
-
-// The states may take a part of the free memory: the adjoint pass needs a workspace of its own.
-HistoryChoice ChooseHistory(const DeviceResources& resources, std::size_t rollouts, int steps) {
-  constexpr double kHistoryShare = 0.4;
-  const double room = kHistoryShare * static_cast<double>(resources.FreeBytes());
-  const double states = static_cast<double>(rollouts) * HistoryBytes(resources.cloth(), steps);
-  const double factors = static_cast<double>(rollouts) * FactorBytes(resources.cloth(), steps);
-  return {states <= room, states + factors <= room};
-}
-
-// The recordings of all slots of a history, after `steps` steps.
-std::vector<Recording> MakeRecordings(const std::shared_ptr<const DeviceHistory>& history,
-                                      int steps) {
-  std::vector<Recording> recordings;
-  for (int i = 0; i < history->slots; ++i) {
-    auto recording = std::make_shared<DeviceRecording>();
-    recording->history = history;
-    recording->slot = i;
-    recording->steps = steps;
-    recordings.push_back({{}, {}, {}, std::move(recording)});
-  }
-  return recordings;
-}
-
-// Downloads these recordings in the host's form.
-void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
-                        std::span<const RolloutInput> batch, int steps,
-                        std::span<Recording> recordings) {
-  const int dofs = cloth.view().num_dofs();
-  const std::vector<double> x = Download(history.x.data(), history.x.size());
-  const std::vector<double> v = Download(history.v.data(), x.size());
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    recordings[i].x.assign(steps, Eigen::VectorXd(dofs));
-    recordings[i].v.assign(1, batch[i].start->v);
-    recordings[i].v.resize(steps + 1, Eigen::VectorXd(dofs));
-    recordings[i].factor.assign(steps, {});
-    for (int k = 0; k < steps; ++k) {
-      const std::size_t at = (static_cast<std::size_t>(k) * history.slots + i) * dofs;
-      cloth.ToMeshOrder(x.data() + at, 1, 1, recordings[i].x[k].data());
-      cloth.ToMeshOrder(v.data() + at, 1, 1, recordings[i].v[k + 1].data());
-    }
-  }
-}
-
-int CountSteps(const Recording& recording) {
-  const auto* own = dynamic_cast<const DeviceRecording*>(recording.backend.get());
-  return own != nullptr ? own->steps : static_cast<int>(recording.factor.size());
-}
-
-// Where the states of each slot lie: in a history on the device, or uploaded from the host.
-class HistoryTable {
- public:
-  HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings, int steps) {
-    const int dofs = cloth.view().num_dofs();
-    std::vector<HistorySlot> slots;
-    for (const Recording* recording : recordings) {
-      if (const auto* own = dynamic_cast<const DeviceRecording*>(recording->backend.get())) {
-        const std::int64_t at = static_cast<std::int64_t>(own->slot) * dofs;
-        slots.push_back({own->history->x.data() + at, own->history->v.data() + at,
-                         static_cast<std::int64_t>(own->history->slots) * dofs});
-      } else {
-        slots.push_back(Upload(cloth, *recording, steps));
-      }
-    }
-    slots_ = DeviceBuffer<HistorySlot>(slots);
-  }
-  const HistorySlot* slots() const { return slots_.data(); }
-
- private:
-  HistorySlot Upload(const DeviceCloth& cloth, const Recording& recording, int steps) {
-    const int dofs = cloth.view().num_dofs();
-    std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
-    for (int k = 0; k < steps; ++k) {
-      cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
-      cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1,
-                               v.data() + std::size_t{1} * k * dofs);
-    }
-    uploaded_.emplace_back(x);
-    uploaded_.emplace_back(v);
-    return {uploaded_[uploaded_.size() - 2].data(), uploaded_.back().data(), dofs};
-  }
-
-  std::vector<DeviceBuffer<double>> uploaded_;
-  DeviceBuffer<HistorySlot> slots_;
-};
-
-// The factors of the recordings' steps, when they are those of neighbouring slots of one history;
-// base is null otherwise. step: the present one, on the device.
-FactorPlace FindKeptFactors(std::span<const Recording* const> recordings, std::int64_t factor_size,
-                            const int* step) {
-  const auto* first = dynamic_cast<const DeviceRecording*>(recordings[0]->backend.get());
-  if (first == nullptr || first->history->factor.size() == 0) return {nullptr};
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const auto* own = dynamic_cast<const DeviceRecording*>(recordings[i]->backend.get());
-    if (own == nullptr || own->history != first->history ||
-        own->slot != first->slot + static_cast<int>(i))
-      return {nullptr};
-  }
-  double* base = const_cast<double*>(first->history->factor.data());
-  return {base + first->slot * factor_size, step, first->history->slots * factor_size};
+  LaunchAdjointMaterial(on, seen, back.h, lambda, back.sums.From(first), m);
 }
 
 // What a batch leaves on the device, in the resources' memory: valid until their next batch.
 struct RolloutRun {
   StepWorkspace workspace;                 // x, v: the ends
   std::shared_ptr<DeviceHistory> history;  // empty unless recorded
-  int steps;                               // done
+  FrameStates frames;
+  int steps;  // done
 };
 struct AdjointRun {
   double *adj_x, *adj_v;  // ∂L/∂start, [3V, columns] a slot
@@ -323,9 +231,11 @@ RolloutRun RunRollouts(DeviceResources& resources, std::span<const RolloutInput>
     });
     LaunchCountStep(w.step, 1, streams.main());
   });
-  const int done = resources.RunSteps(step, options.steps, options.cancel);
+  FrameStates frames(cloth.view(), slots, options);
+  const int done = RunToFrames(resources, step, options.steps, options, StopsForwards(options),
+                               [&](int) { frames.Keep(resources, w.x, w.v); });
   streams.Synchronize();
-  return {w, history, done};
+  return {w, history, std::move(frames), done};
 }
 
 void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, int wanted_steps,
@@ -340,22 +250,45 @@ void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, 
   }
 }
 
-void DownloadTangents(const DeviceResources& resources, const double* from,
-                      std::span<TangentResult> results, RowMatrix TangentResult::*part) {
+// place(i): the matrix of slot i.
+template <class Place>
+void DownloadTangents(const DeviceResources& resources, const double* from, std::size_t slots,
+                      const Place& place) {
   const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * kPaddedEntries;
-  const std::vector<double> host = Download(from, results.size() * columns);
+  const std::vector<double> host = Download(from, slots * columns);
 #pragma omp parallel for num_threads(resources.threads())
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    RowMatrix& to = results[i].*part;
+  for (std::size_t i = 0; i < slots; ++i) {
+    RowMatrix& to = place(i);
     to.resize(dofs, kMaterialEntries);
     resources.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
                                   to.data());
   }
 }
 
-// dL_dx: of the ends, [3V, columns] a slot.
+// Appends states and tangents at a frame to those of the results, or hands the tangents on. Slots
+// that have failed are left to the host, which calls for their frames again.
+void CollectTangentFrame(DeviceResources& resources, const TangentWorkspace& w, int frame,
+                         std::span<const RolloutInput> batch, std::span<TangentResult> results,
+                         std::span<RolloutResult* const> ends) {
+  resources.DownloadEnds(w.step.x, w.step.v, ends);
+  for (RolloutResult* end : ends) end->frames.push_back(end->end);
+  for (TangentResult& result : results) result.frames.emplace_back();
+  const auto at = [&](std::size_t i) -> FrameTangent& { return results[i].frames.back(); };
+  DownloadTangents(resources, w.dx, results.size(),
+                   [&](std::size_t i) -> RowMatrix& { return at(i).dx; });
+  DownloadTangents(resources, w.dv, results.size(),
+                   [&](std::size_t i) -> RowMatrix& { return at(i).dv; });
+  const std::vector<int> failed = Download(w.step.failed, results.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (batch[i].tangent == nullptr || !batch[i].tangent->on_frame) continue;
+    if (failed[i] == 0) batch[i].tangent->on_frame(frame, ends[i]->end, at(i).dx, at(i).dv);
+    results[i].frames.pop_back();
+  }
+}
+
+// dL_dx: of the ends, [3V, columns] a slot, of which the first m have seeds.
 AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> batch,
-                      std::span<const Recording* const> recordings, int columns,
+                      std::span<const Recording* const> recordings, int m, int columns,
                       const std::vector<double>& dL_dx, const RolloutOptions& options) {
   const DeviceCloth& cloth = resources.cloth();
   const int slots = static_cast<int>(batch.size()), steps = CountSteps(*recordings[0]);
@@ -369,6 +302,7 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   CopyToDevice<double>(dL_dx, w.adj_x);
   resources.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
   resources.Clear(w.step.failed, slots * sizeof(int));
+  ForgetDamping(batch, w.step);
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
   const FactorPlace kept =
@@ -384,7 +318,10 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
     });
     LaunchCountStep(w.step.step, -1, streams.main());
   });
-  const int done = resources.RunSteps(step, steps, options.cancel);
+  SeedUpload seeds(resources, batch, m, columns);
+  const int done =
+      RunToFrames(resources, step, steps, options, StopsBackwards(options, steps),
+                  [&](int frame) { seeds.Add(resources.On(shapes), frame, w.adj_x, w.adj_v); });
   streams.Synchronize();
   return {w.adj_x, w.adj_v, std::move(sums), Download(w.step.failed, slots), done};
 }
@@ -399,7 +336,8 @@ void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutO
   const HistoryChoice choice =
       record ? ChooseHistory(resources_, batch.size(), options.steps) : HistoryChoice();
   const std::size_t history = (record ? HistoryBytes(cloth, options.steps) : 0) +
-                              (choice.with_factors ? FactorBytes(cloth, options.steps) : 0);
+                              (choice.with_factors ? FactorBytes(cloth, options.steps) : 0) +
+                              FrameStates::Bytes(cloth.view(), options);
   std::vector<RolloutResult*> ends;
   for (RolloutResult& result : results) ends.push_back(&result);
   resources_.ForEachChunk(
@@ -408,8 +346,10 @@ void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutO
       [&](std::size_t first, std::size_t count) {
         const auto chunk = batch.subspan(first, count);
         const RolloutRun run = RunRollouts(resources_, chunk, options, choice, record);
-        CollectEnds(resources_, run.workspace, run.steps, options.steps,
-                    std::span(ends).subspan(first, count), failed.subspan(first, count));
+        const auto chunk_ends = std::span(ends).subspan(first, count);
+        run.frames.Download(resources_, chunk_ends);
+        CollectEnds(resources_, run.workspace, run.steps, options.steps, chunk_ends,
+                    failed.subspan(first, count));
         if (!record) return;
         const auto kept = recordings.subspan(first, count);
         if (!choice.on_device)
@@ -429,13 +369,17 @@ void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
   const auto take = [&](Arena& arena, int n) { w = TangentWorkspace::Take(arena, cloth, n); };
   resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
     resources_.Allocate(static_cast<int>(count), take);
-    const int done = RunTangents(resources_, w, batch.subspan(first, count),
-                                 weights.subspan(first, count), options);
-    CollectEnds(resources_, w.step, done, options.steps, std::span(ends).subspan(first, count),
-                failed.subspan(first, count));
-    const auto chunk = results.subspan(first, count);
-    DownloadTangents(resources_, w.dx, chunk, &TangentResult::dx);
-    DownloadTangents(resources_, w.dv, chunk, &TangentResult::dv);
+    const auto chunk = batch.subspan(first, count);
+    const auto found = results.subspan(first, count);
+    const auto chunk_ends = std::span(ends).subspan(first, count);
+    const int done = RunTangents(
+        resources_, w, chunk, weights.subspan(first, count), options,
+        [&](int k) { CollectTangentFrame(resources_, w, k, chunk, found, chunk_ends); });
+    CollectEnds(resources_, w.step, done, options.steps, chunk_ends, failed.subspan(first, count));
+    DownloadTangents(resources_, w.dx, count,
+                     [&](std::size_t i) -> RowMatrix& { return found[i].dx; });
+    DownloadTangents(resources_, w.dv, count,
+                     [&](std::size_t i) -> RowMatrix& { return found[i].dv; });
   });
 }
 
@@ -448,13 +392,14 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
   const int steps = CountSteps(*recordings[0]);
   const std::int64_t dofs = cloth.view().num_dofs(), columns = dofs * m;
   const auto take = [&](Arena& arena, int n) { AdjointWorkspace::Take(arena, cloth, n, m); };
-  const std::size_t bytes = GradientBytes(cloth.view(), m) + HistoryBytes(cloth, steps);
+  const std::size_t seeds = options.frames.empty() ? 0 : columns * sizeof(double);
+  const std::size_t bytes = GradientBytes(cloth.view(), m) + HistoryBytes(cloth, steps) + seeds;
   resources_.ForEachChunk(batch.size(), take, bytes, [&](std::size_t first, std::size_t count) {
     std::vector<double> host(count * columns);
     for (std::size_t i = 0; i < count; ++i)
       cloth.ToEliminationOrder(dL_dx[first + i]->data(), used, m, host.data() + i * columns);
     AdjointRun run = RunAdjoint(resources_, batch.subspan(first, count),
-                                recordings.subspan(first, count), m, host, options);
+                                recordings.subspan(first, count), used, m, host, options);
     const auto collect = [&](const double* from, RowMatrix AdjointResult::*part) {
       CopyToHost<double>(from, host);
       for (std::size_t i = 0; i < count; ++i) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,19 +8,6 @@
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
-
-// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order, and the
-// factors of all steps where there was room for them.
-struct DeviceHistory {
-  int device, slots;
-  DeviceBuffer<double> x, v;
-  DeviceBuffer<double> factor;  // [steps, slots, factor_size], or empty
-};
-// One rollout of it.
-struct DeviceRecording final : BackendRecording {
-  std::shared_ptr<const DeviceHistory> history;
-  int slot = 0, steps = 0;
-};
 
 // Rollouts on one device, and their derivatives. Results that the device could not find (a pivot
 // that is not positive, a number that is not finite) are marked in `failed`, for the host to

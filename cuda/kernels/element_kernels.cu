@@ -64,18 +64,21 @@ __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& mate
   const FrontEntry& place = cloth.entries[entry];
   if (place.row == place.column) {
     const int i = place.row;
-    const double diagonal = material.density * cloth.vertex_area[i] + h * h * cloth.handle[i];
+    double diagonal = material.density * cloth.vertex_area[i] + h * h * cloth.handle[i];
+    if (material.mass_damping != 0.0)
+      diagonal += h * material.mass_damping * material.density * cloth.vertex_area[i];
     block[0] = block[4] = block[8] = diagonal;
   }
+  const double h2 = h * (h + material.stiffness_damping);
   const int end = cloth.to_entry.start[entry + 1];
   int k = cloth.to_entry.start[entry], item = k < end ? cloth.to_entry.item[k] : 0;
   while (k < end) {
     const Contribution c = Unpack(item);
     if (++k < end) item = cloth.to_entry.item[k];  // before the record is waited for
     if (c.hinge) {
-      AddHingeBlock(records.hinges[c.element], c.row, c.column, h * h, block);
+      AddHingeBlock(records.hinges[c.element], c.row, c.column, h2, block);
     } else {
-      AddFaceBlock(cloth.faces[c.element], records.faces[c.element], c.row, c.column, h * h, block);
+      AddFaceBlock(cloth.faces[c.element], records.faces[c.element], c.row, c.column, h2, block);
     }
   }
 }

@@ -9,7 +9,8 @@ namespace drape {
 // two threads write the same number and each run adds in the same order.
 
 void LaunchElementRecords(const LaunchContext& on, const StepRecords& records);
-// matrix = M + h²·H, [9·entries] a slot; rhs = M·v + h·f unless null, [3V] a slot; v by slot.
+// matrix = M + h²·H with the damping of the materials (assembly.h), [9·entries] a slot; rhs = M·v +
+// h·f unless null, [3V] a slot; v by slot.
 void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
                       double h, double* matrix, double* rhs);
 // force = f [N], [3V] by rollout.

@@ -77,7 +77,9 @@ struct TangentOptions {
   RowMatrix start_dx = {}, start_dv = {};
   // Takes the tangents at each frame, which are then not kept: a reader of a few numbers reduces
   // them at once. frame: index in RolloutOptions::frames. In a batch it is called from the threads
-  // of the backend, for one rollout in the order of its frames.
+  // of the backend, for one rollout in the order of its frames; a rollout that is begun again,
+  // which CUDA does where a system is not positive definite, calls it from the first frame on
+  // again.
   std::function<void(int frame, const State& state, const TangentView& dx, const TangentView& dv)>
       on_frame = {};
 };

@@ -146,6 +146,49 @@ void BM_Ratios(benchmark::State& bench) {
   bench.counters["adjoint_recomputed_adds"] = Median(back_recomputed) / one;
 }
 
+// Thirty frames of sixty steps beside the last one alone, at most 1.2 times as long: the states,
+// the tangents by which 75 numbers are read from each frame, and the adjoint with seeds at each.
+void BM_Frames(benchmark::State& bench) {
+  constexpr int kFrames = 30, kNumbers = 75;
+  Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
+  StepSolver& solver = drape.solver;
+  const int dofs = drape.model().num_dofs();
+  RolloutOptions last{.steps = 2 * kFrames}, all = last;
+  for (int k = 1; k <= kFrames; ++k) all.frames.push_back(2 * k);
+  last.frames = {last.steps};
+  RowMatrix jacobian(kFrames * kNumbers, kMaterialEntries);
+  const TangentOptions read = {
+      .on_frame = [&](int k, const State&, const TangentView& dx, const TangentView&) {
+        jacobian.middleRows<kNumbers>(kNumbers * k) = dx.middleRows<kNumbers>(0);
+      }};
+  const RowMatrix seed = RowMatrix::Ones(dofs, 1);
+  Recording recording;
+  struct Seconds3 {
+    std::vector<double> states, tangents, adjoint;
+  } of_last, of_all;
+  const auto measure = [&](const RolloutOptions& options, Seconds3& to) {
+    to.states.push_back(Seconds([&] {
+      benchmark::DoNotOptimize(Rollout(solver, drape.material, drape.state, options, &recording));
+    }));
+    to.tangents.push_back(Seconds([&] {
+      benchmark::DoNotOptimize(
+          RolloutTangent(solver, drape.material, drape.material, drape.state, options, read));
+    }));
+    const AdjointOptions seeds{.frames = {options.frames.size(), FrameSeeds{seed, seed}}};
+    to.adjoint.push_back(Seconds([&] {
+      benchmark::DoNotOptimize(
+          RolloutAdjoint(solver, drape.material, options, recording, seed, seeds));
+    }));
+  };
+  for (auto _ : bench) {
+    measure(last, of_last);
+    measure(all, of_all);
+  }
+  bench.counters["states"] = Median(of_all.states) / Median(of_last.states);
+  bench.counters["tangents"] = Median(of_all.tangents) / Median(of_last.tangents);
+  bench.counters["adjoint"] = Median(of_all.adjoint) / Median(of_last.adjoint);
+}
+
 // The largest memory of the process so far [MB]; run it alone
 // (--benchmark_filter=BM_GradientMemory).
 void BM_GradientMemory(benchmark::State& bench) {
@@ -172,6 +215,7 @@ void Sizes(benchmark::internal::Benchmark* bench) {
 BENCHMARK(BM_Parts)->Apply(Sizes);
 BENCHMARK(BM_GradientMemory)->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Ratios)->Apply(Sizes)->Iterations(7);
+BENCHMARK(BM_Frames)->Apply(Sizes)->Iterations(5);
 
 }  // namespace
 }  // namespace drape

@@ -50,6 +50,7 @@ struct MaterialView {
   const StretchTable* stretch;
   const BendTable* bend;
   int stretch_stride, bend_stride;
+  double mass_damping, stiffness_damping;  // α [1/s], β [s]
 };
 
 // What a step needs to know of an element at a shape.

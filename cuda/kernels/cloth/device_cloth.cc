@@ -174,7 +174,8 @@ DeviceMaterials::DeviceMaterials(std::span<const MaterialField* const> materials
   for (const MaterialField* m : materials) {
     const Place& place = places.at(m);
     views.push_back({m->density, stretches + place.stretch, bends + place.bend,
-                     m->stretch.size() == 1 ? 0 : 1, m->bend.size() == 1 ? 0 : 1});
+                     m->stretch.size() == 1 ? 0 : 1, m->bend.size() == 1 ? 0 : 1,
+                     m->dynamics.mass_damping, m->dynamics.stiffness_damping});
   }
   views_ = DeviceBuffer<MaterialView>(views);
 }

@@ -117,7 +117,20 @@ __global__ void __launch_bounds__(kElementThreads)
   }
 }
 
+__global__ void DampVelocity(ShapeBatch batch, const double* w, double h, double* damped,
+                             int dofs) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i >= dofs) return;
+  const std::int64_t at = static_cast<std::int64_t>(slot) * dofs + i;
+  damped[at] = (1.0 + batch.material[RolloutAt(batch, slot)].stiffness_damping / h) * w[at];
+}
+
 }  // namespace
+
+void LaunchDampVelocity(const LaunchContext& on, const double* w, double h, double* damped) {
+  LaunchForItems(on, on.cloth.num_dofs(), DampVelocity, on.batch, w, h, damped,
+                 on.cloth.num_dofs());
+}
 
 void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
                              const DerivativeRecords& records) {

@@ -29,12 +29,15 @@ struct HingeFactors {
 using DerivativeRecords = BatchRecords<FaceDerivative, HingeDerivative>;
 using FactorRecords = BatchRecords<FaceFactors, HingeFactors>;
 
+// damped = (1 + β/h)·w of each slot, [3V]: the w of the records where elements are damped by their
+// stiffness (DampedVelocity). Contact takes w itself.
+void LaunchDampVelocity(const LaunchContext& on, const double* w, double h, double* damped);
 void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
                              const DerivativeRecords& records);
-// blocks = ∂g/∂x, [9·num_blocks] a slot.
+// blocks = ∂g/∂x, [9·num_blocks] a slot; w: of the contact.
 void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records,
                             const double* w, double h, double* blocks);
-// weight: of each entry, by rollout (density unused).
+// weight: of each entry, by rollout (its density and damping are unused).
 void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,
                          double h, const FactorRecords& records);
 
@@ -57,6 +60,8 @@ void LaunchLoadHistory(const LaunchContext& on, const HistorySlot* history, cons
                        double* x, double* v);
 
 // The adjoint of a step, for m columns; shapes [3V, m] a slot.
+// adj += seeds.
+void LaunchAddSeeds(const LaunchContext& on, const double* seeds, double* adj, int columns);
 // rhs = adj_v + h·adj_x.
 void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double* adj_v, double h,
                       double* rhs, int columns);
@@ -81,7 +86,7 @@ using AdjointRecords = BatchRecords<DeformationGradient<double>, BendAdjoint>;
 // records, and gradient += (∂g/∂entry)ᵀ·lambda.
 void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
                           const AdjointRecords& records, const GradientView& gradient);
-// adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot.
+// adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot; w: of the contact.
 void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, const double* w,
                          double h, const double* lambda, double* adj_x, double* adj_v);
 

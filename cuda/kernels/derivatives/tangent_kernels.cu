@@ -185,6 +185,13 @@ __global__ void AdjointRhs(const double* adj_x, const double* adj_v, double h, d
   rhs[at] = adj_v[at] + h * adj_x[at];
 }
 
+__global__ void AddSeeds(const double* seeds, double* adj, int count) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= count) return;
+  const std::int64_t at = static_cast<std::int64_t>(blockIdx.y) * count + i;
+  adj[at] += seeds[at];
+}
+
 template <int Width>
 __global__ void __launch_bounds__(kElementThreads)
     AdjointPosition(ClothView cloth, ShapeBatch batch, const double* blocks, const double* lambda,
@@ -246,6 +253,11 @@ void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double
                       double* rhs, int columns) {
   const int count = on.cloth.num_dofs() * columns;
   LaunchForItems(on, count, AdjointRhs, adj_x, adj_v, h, rhs, count);
+}
+
+void LaunchAddSeeds(const LaunchContext& on, const double* seeds, double* adj, int columns) {
+  const int count = on.cloth.num_dofs() * columns;
+  LaunchForItems(on, count, AddSeeds, seeds, adj, count);
 }
 
 void LaunchAdjointPosition(const LaunchContext& on, const double* blocks, const double* lambda,

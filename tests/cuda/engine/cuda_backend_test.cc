@@ -3,6 +3,7 @@
 
 #include <tuple>
 
+#include "physics/util/errors.h"
 #include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/summed_tangents.h"
@@ -95,6 +96,126 @@ TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
     ExpectEqual(device_->Adjoints(inputs_, of_device, dL_dx, options_), expected);
   }
 }
+
+// Frames of a batch whose materials are damped, each in another way or not at all.
+class CudaFramesTest : public CudaBackendTest {
+ protected:
+  void SetUp() override {
+    CudaBackendTest::SetUp();
+    if (IsSkipped()) return;
+    options_.frames = {0, 1, 5, 12};
+    for (std::size_t i = 0; i < fields_.size(); ++i)
+      if (i % 3 != 1) fields_[i].dynamics = {.mass_damping = 0.5, .stiffness_damping = 1e-3 * i};
+  }
+  // Seeds of rollout i, which lacks some.
+  AdjointOptions Seeds(std::size_t i, int columns) {
+    AdjointOptions more;
+    if (i == 2) return more;
+    const int n = model_->num_dofs();
+    for (std::size_t k = 0; k < options_.frames.size(); ++k)
+      more.frames.push_back(
+          {test::RandomMatrix(n, columns, random_), test::RandomMatrix(n, columns, random_)});
+    more.frames[1].x = {};
+    if (i % 2 == 0) more.frames[3].v = {};
+    return more;
+  }
+};
+
+TEST_P(CudaFramesTest, StatesAreEquivalentToReferenceAndChangeNoBit) {
+  for (const bool record : {false, true}) {
+    std::vector<Recording> recordings;
+    const auto found = device_->Rollouts(inputs_, options_, record ? &recordings : nullptr);
+    const auto expected = host_->Rollouts(inputs_, options_, nullptr);
+    RolloutOptions without = options_;
+    without.frames.clear();
+    const auto end = device_->Rollouts(inputs_, without, nullptr);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      EXPECT_EQ(found[i].end.x, end[i].end.x) << i;
+      ASSERT_EQ(found[i].frames.size(), options_.frames.size()) << i;
+      EXPECT_EQ(found[i].frames.back().x, found[i].end.x) << i;
+      EXPECT_EQ(found[i].frames.back().v, found[i].end.v) << i;
+      for (std::size_t k = 0; k < options_.frames.size(); ++k) {
+        const State &at = found[i].frames[k], &there = expected[i].frames[k];
+        EXPECT_LT((at.x - there.x).cwiseAbs().maxCoeff(), 1e-10) << i << ' ' << k;
+        EXPECT_LT(RelativeError(at.v, there.v), 1e-8) << i << ' ' << k;
+      }
+    }
+  }
+}
+
+TEST_P(CudaFramesTest, TangentsAreEquivalentToReference) {
+  const auto kept = device_->Tangents(inputs_, weights_, options_);
+  const auto expected = host_->Tangents(inputs_, weights_, options_);
+  // The last rollout reads its tangents at once.
+  std::vector<FrameTangent> read;
+  const TangentOptions reader = {
+      .on_frame = [&](int k, const State& state, const TangentView& dx, const TangentView& dv) {
+        EXPECT_EQ(k, static_cast<int>(read.size()));
+        EXPECT_EQ(state.x, kept.back().rollout.frames[k].x);
+        read.push_back({dx, dv});
+      }};
+  inputs_.back().tangent = &reader;
+  const auto found = device_->Tangents(inputs_, weights_, options_);
+  EXPECT_TRUE(found.back().frames.empty());
+  ASSERT_EQ(read.size(), options_.frames.size());
+  for (std::size_t k = 0; k < read.size(); ++k) EXPECT_EQ(read[k].dx, kept.back().frames[k].dx);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_LT(RelativeError(kept[i].dx, expected[i].dx), 1e-8) << i;
+    ASSERT_EQ(kept[i].frames.size(), options_.frames.size()) << i;
+    for (std::size_t k = 0; k < read.size(); ++k) {
+      EXPECT_LT(RelativeError(kept[i].frames[k].dx, expected[i].frames[k].dx), 1e-8) << i << k;
+      EXPECT_LT(RelativeError(kept[i].frames[k].dv, expected[i].frames[k].dv), 1e-8) << i << k;
+    }
+  }
+}
+
+TEST_P(CudaFramesTest, AdjointsAreEquivalentToReference) {
+  for (const int columns : {1, 3}) {
+    std::vector<AdjointOptions> seeds;
+    std::vector<RowMatrix> dL_dx;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      seeds.push_back(Seeds(i, columns));
+      dL_dx.push_back(test::RandomMatrix(model_->num_dofs(), columns, random_));
+    }
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      inputs_[i].adjoint = i == 3 ? nullptr : &seeds[i];
+    std::vector<Recording> of_device, of_host;
+    (void)device_->Rollouts(inputs_, options_, &of_device);
+    (void)host_->Rollouts(inputs_, options_, &of_host);
+    const auto expected = host_->Adjoints(inputs_, of_host, dL_dx, options_);
+    ExpectEqual(device_->Adjoints(inputs_, of_device, dL_dx, options_), expected);
+    ExpectEqual(device_->Adjoints(inputs_, of_host, dL_dx, options_), expected);
+  }
+}
+
+// What kernels have not is refused before anything runs.
+TEST_P(CudaFramesTest, RefusesWhatItHasNot) {
+  const auto expect = [](const std::string& what, const auto& act) {
+    try {
+      act();
+      ADD_FAILURE() << "expected to refuse " << what;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(what));
+    }
+  };
+  const TangentOptions columns{.dynamics = true};
+  inputs_[0].tangent = &columns;
+  expect("further columns", [&] { (void)device_->Tangents(inputs_, weights_, options_); });
+  inputs_[0].tangent = nullptr;
+  const AdjointOptions numbers{.dynamics = true};
+  inputs_[0].adjoint = &numbers;
+  std::vector<Recording> recordings;
+  (void)device_->Rollouts(inputs_, options_, &recordings);
+  const std::vector<RowMatrix> seeds(inputs_.size(), RowMatrix::Ones(model_->num_dofs(), 1));
+  expect("by density", [&] { (void)device_->Adjoints(inputs_, recordings, seeds, options_); });
+  fields_[0].dynamics.air_drag = 0.6;
+  expect("drag of air", [&] { (void)device_->Rollouts(inputs_, options_, nullptr); });
+}
+
+INSTANTIATE_TEST_SUITE_P(Batches, CudaFramesTest,
+                         testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
+                                         std::tuple("smooth", 100, 70),
+                                         std::tuple("reference", 150, 4)));
 
 // From relaxed shapes: the same decisions, the same drape.
 class CudaStaticsTest : public CudaBackendTest {

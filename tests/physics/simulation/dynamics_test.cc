@@ -278,5 +278,54 @@ TEST_P(DynamicsDerivativeTest, StartAgreesWithFiniteDifferences) {
   EXPECT_LT(best, 1e-6);
 }
 
+// Contact is not damped: it sees the velocity itself, with one gradient and with several.
+TEST(DampedContactTest, DerivativesOfClothOnAPlaneAgree) {
+  std::mt19937_64 random(7);
+  DiscOptions disc;
+  disc.target_vertices = 100;
+  Scene scene;
+  scene.gravity = Eigen::Vector3d(0.5, 0.0, -kGravity);
+  scene.contact.emplace();
+  scene.contact->obstacles.emplace_back(PlaneObstacle{.offset = -6e-4});  // gap .8 of the range
+  const auto model = std::make_shared<ClothModel>(MakeDisc(disc), scene, MakeLaw("smooth"));
+  StepSolver solver(model);
+  MaterialField material = test::TestMaterial();
+  material.dynamics = {0.7, 4e-3, 0.8, {1.0, 0.3, -0.6}};
+  State start = test::NoisyStart(*model, 2e-5, random);
+  start.v = 0.02 * test::RandomMatrix(model->num_dofs(), 1, random);
+  const RolloutOptions options{.h = 2e-3, .steps = 6};
+  const TangentResult tangent =
+      RolloutTangent(solver, material, material, start, options, {.dynamics = true});
+  ASSERT_EQ(tangent.rollout.status, RolloutStatus::kOk);
+  const Eigen::VectorXd direction = test::RandomMatrix(kMaterialEntries, 1, random);
+  const Eigen::VectorXd exact = tangent.dx.leftCols(kMaterialEntries) * direction;
+  const auto end = [&](double step) {
+    MaterialField moved = material;
+    for (int k = 0; k < kStretchEntries; ++k)
+      moved.stretch[0].entries()[k] *= std::exp(step * direction[k]);
+    for (int k = 0; k < kBendEntries; ++k)
+      moved.bend[0].entries()[k] *= std::exp(step * direction[kStretchEntries + k]);
+    return Rollout(solver, moved, start, options).end.x;
+  };
+  double best = 1.0;
+  for (double step = 1e-3; step > 0.5e-6; step /= 10)
+    best = std::min(best, ((end(step) - end(-step)) / (2 * step) - exact).norm() / exact.norm());
+  EXPECT_LT(best, 1e-6);
+  Recording recording;
+  (void)Rollout(solver, material, start, options, &recording);
+  for (const int m : {1, 3}) {
+    const RowMatrix u = test::RandomMatrix(model->num_dofs(), m, random);
+    const AdjointResult adjoint =
+        RolloutAdjoint(solver, material, options, recording, u, {.dynamics = true});
+    RowMatrix found(tangent.dx.cols(), m);
+    found << adjoint.material.Contract(material), adjoint.dynamics;
+    const RowMatrix expected = tangent.dx.transpose() * u;
+    for (int row = 0; row < expected.rows(); ++row)
+      EXPECT_LT((found - expected).row(row).norm(),
+                1e-10 * expected.row(row).norm() + 1e-14 * expected.norm())
+          << row;
+  }
+}
+
 }  // namespace
 }  // namespace drape
