@@ -110,8 +110,11 @@ TEST_F(ScanIo, ReadsPly) {
   expect("ply\nelement vertex 1\nproperty half x\n", "bad.ply:3: found the type 'half'");
   expect("ply\nformat ascii 1.0\nfoo\n", "bad.ply:3: found 'foo'");
   expect("ply\nformat ascii 1.0\n", "found '', expected a line of a PLY header");
-  expect("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
-         "the file has no faces");
+  const std::string header = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n";
+  expect(header + "end_header\n1\n", "bad.ply: the element vertex has no y, expected x, y and z");
+  const std::string point = header + "property float y\nproperty float z\nend_header\n1 2 3\n";
+  expect(point, "the file has no faces");
+  EXPECT_EQ(ReadVertices(Write("point.ply", point)), Eigen::Vector3d(1, 2, 3));
 }
 
 TEST_F(ScanIo, OtherFilesAreObj) {
