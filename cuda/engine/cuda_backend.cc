@@ -66,16 +66,18 @@ void RequireTangents(std::span<const RolloutInput> batch) {
       "further columns of a tangent");
 }
 
-void RequireAdjoints(std::span<const RolloutInput> batch, const RolloutOptions& options) {
+void RequireAdjoints(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                     bool has_faces) {
   RequireStep(batch);
   for (const RolloutInput& input : batch)
     CHECK(input.adjoint == nullptr || input.adjoint->frames.empty() ||
           input.adjoint->frames.size() == options.frames.size())
         << "AdjointOptions";
+  if (has_faces) return;
   Require(
       batch,
       [](const RolloutInput& input) { return input.adjoint != nullptr && input.adjoint->dynamics; },
-      "an adjoint by density, damping, drag and wind");
+      "an adjoint by drag in a scene without stretch");
 }
 
 class CudaBackend final : public Backend {
@@ -142,7 +144,7 @@ class CudaBackend final : public Backend {
                                       std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
     options.Check();
-    RequireAdjoints(batch, options);
+    RequireAdjoints(batch, options, model_->scene.stretch);
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());

@@ -106,6 +106,16 @@ int RunTangents(DeviceResources& resources, TangentWorkspace w, std::span<const 
   return done;
 }
 
+// The gradients by numbers of DynamicsEntry that the device computes: there is no air, so the
+// derivatives by the wind are zero.
+constexpr int kDeviceNumbers = kByAirDrag + 1;
+static_assert(kByDensity == 0 && kByMassDamping == 1 && kByStiffnessDamping == 2 &&
+              kDeviceNumbers == 4);
+
+bool WantsDynamics(const RolloutInput& input) {
+  return input.adjoint != nullptr && input.adjoint->dynamics;
+}
+
 // Workspace of the adjoint pass through recorded rollouts by slot.
 struct AdjointWorkspace {
   StepWorkspace step;     // x: of the present step; v: its end
@@ -114,6 +124,8 @@ struct AdjointWorkspace {
   double* blocks;                  // [9·num_blocks] a slot
   double *adj_x, *adj_v, *lambda;  // [3V, columns]
   double* vectors;                 // [vector_size, columns]
+  double *start_v, *before;        // [3V], before the first and the present step
+  double* dynamics;                // [4, columns], by density, α, β and drag
 
   static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
     const std::size_t n = slots;
@@ -132,6 +144,9 @@ struct AdjointWorkspace {
     w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
     w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
     w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
+    w.start_v = arena.Take<double>(n * view.num_dofs());
+    w.before = arena.Take<double>(n * view.num_dofs());
+    w.dynamics = arena.Take<double>(n * kDeviceNumbers * columns);
     return w;
   }
 };
@@ -144,6 +159,7 @@ struct AdjointStep {
   double h;
   int columns;
   bool factors_kept;
+  bool dynamics;
 };
 
 // Launches the step back of a group of slots, from `first` on.
@@ -164,6 +180,12 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
     multifrontal.Solve(w.step.factor.From(first, plan.factor_size),
                        {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
                        on.batch.slots, on.stream);
+  if (back.dynamics) {
+    double* before = w.before + first * dofs;
+    LaunchLoadBefore(on, back.history + first, w.start_v + first * dofs, w.step.step, before);
+    LaunchDynamicsGradient(on, before, end_v, back.h, lambda,
+                           w.dynamics + 1LL * first * kDeviceNumbers * m, m);
+  }
   const double* seen = LaunchDamping(on, w.step, first, end_v, back.h);
   if (m == 1) {
     const AdjointRecords records = w.single.From(on.cloth, first);
@@ -188,6 +210,7 @@ struct RolloutRun {
 };
 struct AdjointRun {
   double *adj_x, *adj_v;  // ∂L/∂start, [3V, columns] a slot
+  double* dynamics;       // [4, columns] a slot
   DeviceGradient sums;
   std::vector<int> failed;  // of each slot
   int steps;                // done
@@ -303,13 +326,17 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   resources.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
   resources.Clear(w.step.failed, slots * sizeof(int));
   ForgetDamping(batch, w.step);
+  resources.Clear(w.dynamics, sizeof(double) * slots * kDeviceNumbers * columns);
+  const bool dynamics = std::ranges::any_of(batch, WantsDynamics);
+  if (dynamics) resources.UploadStarts(batch, w.step.x, w.start_v);
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
   const FactorPlace kept =
       FindKeptFactors(recordings, cloth.multifrontal().view().factor_size, w.step.step);
   if (kept.base != nullptr) w.step.factor = kept;
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-  const AdjointStep back{w, history.slots(), sums, options.h, columns, kept.base != nullptr};
+  const AdjointStep back{w,       history.slots(),      sums,    options.h,
+                         columns, kept.base != nullptr, dynamics};
   const Streams& streams = resources.streams();
   const Graph step(streams, [&] {
     streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
@@ -323,7 +350,7 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
       RunToFrames(resources, step, steps, options, StopsBackwards(options, steps),
                   [&](int frame) { seeds.Add(resources.On(shapes), frame, w.adj_x, w.adj_v); });
   streams.Synchronize();
-  return {w.adj_x, w.adj_v, std::move(sums), Download(w.step.failed, slots), done};
+  return {w.adj_x, w.adj_v, w.dynamics, std::move(sums), Download(w.step.failed, slots), done};
 }
 
 }  // namespace
@@ -410,9 +437,16 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
     };
     collect(run.adj_x, &AdjointResult::x0);
     collect(run.adj_v, &AdjointResult::v0);
+    const std::vector<double> numbers = Download(run.dynamics, count * kDeviceNumbers * m);
     for (std::size_t i = 0; i < count; ++i) {
       AdjointResult& result = results[first + i];
       failed[first + i] = run.failed[i] != 0;
+      if (WantsDynamics(batch[first + i])) {
+        result.dynamics = RowMatrix::Zero(kDynamicsEntries, used);
+        result.dynamics.topRows<kDeviceNumbers>() =
+            Eigen::Map<const RowMatrix>(numbers.data() + i * kDeviceNumbers * m, kDeviceNumbers, m)
+                .leftCols(used);
+      }
       result.material = run.sums.Collect(batch[first + i], static_cast<int>(i), used);
       if (run.steps < steps) result = {RolloutStatus::kCancelled, {}, {}, {}};
     }

@@ -45,7 +45,7 @@ class Backend {
   virtual std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
                                               std::span<const MaterialField* const> weights,
                                               const RolloutOptions& options) = 0;
-  // dL_dx[i]: by the end of rollout i, shape [3V, m_i].
+  // dL_dx[i]: by the end of rollout i, shape [3V, m_i]; RolloutInput::adjoint has those by frames.
   virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                               std::span<const Recording> recordings,
                                               std::span<const RowMatrix> dL_dx,

@@ -165,8 +165,8 @@ void CarryVelocity(const ClothModel& model, const MaterialField& material,
 }
 
 // Rollout that carries columns of ∂(state)/∂p along, shape [3V, m] each, from what they are at the
-// start. add_parameters(step, dv): dv += ∂g/∂p of the step; at_frame(state): sees the columns
-// there.
+// start. add_parameters(step, dv): dv += ∂g/∂p of the step; at_frame(frames): sees the columns at
+// the last of the frames so far.
 template <class AddParameters, class AtFrame>
 RolloutResult CarryTangents(StepSolver& solver, const MaterialField& material, const State& start,
                             const RolloutOptions& options, const AddParameters& add_parameters,

@@ -35,6 +35,9 @@ DEFINE_bool(contact, false, "keeps the hanging cloth out of the support");
 DEFINE_double(bend, 1.0, "factor on the fabrics' bend tables: soft ones touch the support");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
+DEFINE_int32(frames, 0,
+             "states that are seen, evenly over the steps: with seeds at each in a gradient, 75 "
+             "numbers read from each in a jacobian; compare with 1");
 DEFINE_int32(repeats, 3, "the fastest counts");
 DEFINE_bool(host, true, "times the CPU path too");
 DEFINE_int32(most, 400000, "skips batches of more vertices");
@@ -81,7 +84,15 @@ struct Batch {
   std::vector<RolloutInput> inputs;
   std::vector<const MaterialField*> weights;
   std::vector<RowMatrix> dL_dx;
+  AdjointOptions seeds;
+  TangentOptions reader = {
+      .on_frame = [](int, const State&, const TangentView& dx, const TangentView&) {
+        const RowMatrix read = dx.topRows(75);
+        (void)read;
+      }};
   Batch(const ClothModel& model, int count) {
+    const RowMatrix ones = RowMatrix::Ones(model.num_dofs(), 1);
+    seeds.frames.assign(FLAGS_frames, {ones, {}});
     for (const char* name : kFabrics)
       fields.push_back(Scaled(ReadFabric(FabricsFolder() + "/" + name + ".json"), 1.0, FLAGS_bend));
     for (int i = 0; i < count; ++i) {
@@ -90,9 +101,9 @@ struct Batch {
       starts.push_back(std::move(start));
     }
     for (int i = 0; i < count; ++i) {
-      inputs.push_back({&fields[i % std::size(kFabrics)], &starts[i]});
+      inputs.push_back({&fields[i % std::size(kFabrics)], &starts[i], &reader, &seeds});
       weights.push_back(inputs.back().material);
-      dL_dx.push_back(RowMatrix::Ones(model.num_dofs(), 1));
+      dL_dx.push_back(ones);
     }
   }
   Batch(const Batch&) = delete;
@@ -191,7 +202,8 @@ void BenchMesh(const std::string& spec) {
   const int threads = static_cast<int>(std::thread::hardware_concurrency());
   const auto device = MakeCudaBackend(model, threads);
   const auto host = MakeCpuBackend(model, threads);
-  const RolloutOptions options{.h = FLAGS_h, .steps = FLAGS_steps};
+  RolloutOptions options{.h = FLAGS_h, .steps = FLAGS_steps};
+  for (int k = 1; k <= FLAGS_frames; ++k) options.frames.push_back(FLAGS_steps * k / FLAGS_frames);
   const std::vector<std::string> counts = Split(FLAGS_batches);
   int most = 1;
   for (const std::string& count : counts) most = std::max(most, std::stoi(count));

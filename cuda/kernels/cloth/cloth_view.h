@@ -51,6 +51,7 @@ struct MaterialView {
   const BendTable* bend;
   int stretch_stride, bend_stride;
   double mass_damping, stiffness_damping;  // α [1/s], β [s]
+  double wind[3];                          // [m/s]
 };
 
 // What a step needs to know of an element at a shape.

@@ -173,9 +173,14 @@ DeviceMaterials::DeviceMaterials(std::span<const MaterialField* const> materials
   std::vector<MaterialView> views;
   for (const MaterialField* m : materials) {
     const Place& place = places.at(m);
-    views.push_back({m->density, stretches + place.stretch, bends + place.bend,
-                     m->stretch.size() == 1 ? 0 : 1, m->bend.size() == 1 ? 0 : 1,
-                     m->dynamics.mass_damping, m->dynamics.stiffness_damping});
+    views.push_back({m->density,
+                     stretches + place.stretch,
+                     bends + place.bend,
+                     m->stretch.size() == 1 ? 0 : 1,
+                     m->bend.size() == 1 ? 0 : 1,
+                     m->dynamics.mass_damping,
+                     m->dynamics.stiffness_damping,
+                     {m->dynamics.wind.x, m->dynamics.wind.y, m->dynamics.wind.z}});
   }
   views_ = DeviceBuffer<MaterialView>(views);
 }

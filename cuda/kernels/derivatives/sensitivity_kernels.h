@@ -94,6 +94,15 @@ void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records,
 void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,
                            const GradientView& gradient, int columns);
 
+// The first four of DynamicsEntry (physics/cloth/assembly/dynamics.h), density, α, β and drag, of
+// slots in which no air acts (its drag is 0, of which the derivative is not), [4, m] a slot:
+// gradient += ∂(M·v + g − A·w)/∂(number)ᵀ·lambda. v: before the step, [3V] a slot.
+void LaunchDynamicsGradient(const LaunchContext& on, const double* v, const double* w, double h,
+                            const double* lambda, double* gradient, int columns);
+// v ← the velocities before step *step: start_v, [3V] a slot, before the first.
+void LaunchLoadBefore(const LaunchContext& on, const HistorySlot* history, const double* start_v,
+                      const int* step, double* v);
+
 // y += blocks·x or blocksᵀ·x, shapes [3V, m] a slot.
 void LaunchMultiply(const LaunchContext& on, const double* blocks, bool transposed, const double* x,
                     double* y, int columns);

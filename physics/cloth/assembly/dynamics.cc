@@ -9,55 +9,72 @@
 namespace drape {
 namespace {
 
-// The inputs of AirImpulse, by their place among the derivatives of a dual number.
-enum AirInput { kAirX = 0, kAirV = 9, kAirWind = 12, kAirDrag = 15, kAirInputs = 16 };
-using AirDual = Dual<kAirInputs>;
-
-Vec3<AirDual> Seeded(const Vec3<double>& a, int first) {
-  return {{a.x, first}, {a.y, first + 1}, {a.z, first + 2}};
-}
-
 double FaceDrag(const Face& face, const Dynamics& moving, double h) {
   return h * moving.air_drag * face.area / 3.0;
 }
 
-// Calls visit(face, corner, impulse with its derivatives by x of the face, v of the corner, wind
-// and c) for all corners of all faces.
+template <int N>
+Vec3<Dual<N>> Seeded(const Vec3<double>& a, int first) {
+  return {{a.x, first}, {a.y, first + 1}, {a.z, first + 2}};
+}
+template <int N>
+Vec3<Dual<N>> Constant(const Vec3<double>& a) {
+  return {a.x, a.y, a.z};
+}
+
+Vec3<double> FaceNormal(const Face& face, const Eigen::VectorXd& x) {
+  return UnitNormal<double>({LoadVec3(x.data(), face.vertex[0]), LoadVec3(x.data(), face.vertex[1]),
+                             LoadVec3(x.data(), face.vertex[2])});
+}
+// The same with its derivatives by the nine coordinates.
+Vec3<Dual<9>> NormalByCorners(const Face& face, const Eigen::VectorXd& x) {
+  Vec3<Dual<9>> corner[3];
+  for (int a = 0; a < 3; ++a) corner[a] = Seeded<9>(LoadVec3(x.data(), face.vertex[a]), 3 * a);
+  return UnitNormal(corner);
+}
+
+// Calls visit(row of the impulse, whether by x, row of x or v, derivative) for all corners of all
+// faces: through the normal, and by the velocity of the corner.
 template <class Visit>
-void ForEachAirImpulse(const ClothModel& model, const MaterialField& material,
-                       const MovingStep& step, const Visit& visit) {
+void ForEachAirDerivative(const ClothModel& model, const MaterialField& material,
+                          const MovingStep& step, const Visit& visit) {
   const Dynamics& moving = material.dynamics;
-  const Vec3<AirDual> wind = Seeded(moving.wind, kAirWind);
   for (const Face& face : model.mesh.faces) {
-    Vec3<AirDual> x[3];
-    for (int a = 0; a < 3; ++a)
-      x[a] = Seeded(LoadVec3(step.x.data(), face.vertex[a]), kAirX + 3 * a);
-    const Vec3<AirDual> n = UnitNormal(x);
-    AirDual drag = FaceDrag(face, moving, step.h);
-    drag.v[kAirDrag] = step.h * face.area / 3.0;
-    for (int a = 0; a < 3; ++a) {
-      const Vec3<double> w = LoadVec3(step.w.data(), face.vertex[a]);
-      visit(face, a,
-            AirImpulse(drag, n, Seeded(LoadVec3(step.v.data(), face.vertex[a]), kAirV),
-                       Vec3<AirDual>{w.x, w.y, w.z}, wind));
+    const Vec3<Dual<9>> normal = NormalByCorners(face, step.x);
+    const auto n = Seeded<6>({normal.x.a, normal.y.a, normal.z.a}, 0);
+    const Dual<6> drag = FaceDrag(face, moving, step.h);
+    for (const int i : face.vertex) {
+      const auto impulse =
+          AirImpulse(drag, n, Seeded<6>(LoadVec3(step.v.data(), i), 3),
+                     Constant<6>(LoadVec3(step.w.data(), i)), Constant<6>(moving.wind));
+      for (int r = 0; r < 3; ++r) {
+        const double* by = (&impulse.x)[r].v;
+        for (int j = 0; j < 9; ++j)
+          visit(3 * i + r, true, 3 * face.vertex[j / 3] + j % 3,
+                by[0] * normal.x.v[j] + by[1] * normal.y.v[j] + by[2] * normal.z.v[j]);
+        for (int j = 0; j < 3; ++j) visit(3 * i + r, false, 3 * i + j, by[3 + j]);
+      }
     }
   }
 }
 
-// Calls visit(row of the impulse, whether by x, row of x or v, derivative) for the corners' inputs.
-template <class Visit>
-void ForEachAirDerivative(const ClothModel& model, const MaterialField& material,
-                          const MovingStep& step, const Visit& visit) {
-  ForEachAirImpulse(model, material, step,
-                    [&](const Face& face, int corner, const Vec3<AirDual>& impulse) {
-                      const int to = 3 * face.vertex[corner];
-                      for (int r = 0; r < 3; ++r) {
-                        const double* by = (&impulse.x)[r].v;
-                        for (int j = 0; j < 9; ++j)
-                          visit(to + r, true, 3 * face.vertex[j / 3] + j % 3, by[kAirX + j]);
-                        for (int j = 0; j < 3; ++j) visit(to + r, false, to + j, by[kAirV + j]);
-                      }
-                    });
+// columns += ∂(impulse of the air)/∂(c, wind).
+void AddAirColumns(const ClothModel& model, const MaterialField& material, const MovingStep& step,
+                   RowMatrix& columns) {
+  const Dynamics& moving = material.dynamics;
+  const auto wind = Seeded<4>(moving.wind, 1);
+  for (const Face& face : model.mesh.faces) {
+    Dual<4> drag = FaceDrag(face, moving, step.h);
+    drag.v[0] = step.h * face.area / 3.0;
+    const auto n = Constant<4>(FaceNormal(face, step.x));
+    for (const int i : face.vertex) {
+      const auto impulse = AirImpulse(drag, n, Constant<4>(LoadVec3(step.v.data(), i)),
+                                      Constant<4>(LoadVec3(step.w.data(), i)), wind);
+      static_assert(kByWind == kByAirDrag + 1);
+      for (int r = 0; r < 3; ++r)
+        for (int j = 0; j < 4; ++j) columns(3 * i + r, kByAirDrag + j) += (&impulse.x)[r].v[j];
+    }
+  }
 }
 
 // out += scale·H(x)·w of stretch and bend [MODEL, M11, M14].
@@ -95,10 +112,7 @@ void AddAirStep(const ClothModel& model, const MaterialField& material, const Ei
                 const Eigen::VectorXd& v, double h, Eigen::VectorXd& force, BlockMatrix& A) {
   const Dynamics& moving = material.dynamics;
   for (const Face& face : model.mesh.faces) {
-    const Vec3<double> corner[3] = {LoadVec3(x.data(), face.vertex[0]),
-                                    LoadVec3(x.data(), face.vertex[1]),
-                                    LoadVec3(x.data(), face.vertex[2])};
-    const Vec3<double> n = UnitNormal(corner);
+    const Vec3<double> n = FaceNormal(face, x);
     const Eigen::Vector3d normal(n.x, n.y, n.z);
     for (const int i : face.vertex) {
       const double d =
@@ -136,15 +150,7 @@ RowMatrix DynamicsColumns(const ClothModel& model, const MaterialField& material
   Eigen::VectorXd stiff = Eigen::VectorXd::Zero(model.num_dofs());
   AddElementStiffnessTimes(model, material, step.x, step.w, -h, stiff.data());
   columns.col(kByStiffnessDamping) = stiff;
-  ForEachAirImpulse(model, material, step,
-                    [&](const Face& face, int corner, const Vec3<AirDual>& impulse) {
-                      for (int r = 0; r < 3; ++r) {
-                        const int row = 3 * face.vertex[corner] + r;
-                        const double* by = (&impulse.x)[r].v;
-                        columns(row, kByAirDrag) += by[kAirDrag];
-                        for (int j = 0; j < 3; ++j) columns(row, kByWind + j) += by[kAirWind + j];
-                      }
-                    });
+  AddAirColumns(model, material, step, columns);
   return columns;
 }
 
