@@ -24,6 +24,7 @@ class PointCloudReadout final : public Readout {
   PointCloudReadout(const Mesh& mesh, Eigen::VectorXd points);
   int size() const override { return static_cast<int>(points_.size()); }
   int group() const override { return 3; }
+  int num_independent() const override { return size() / 3; }
   bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override;
 
  private:

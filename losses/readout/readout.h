@@ -18,6 +18,8 @@ class Readout {
   // How many rows in sequence are of one thing, which a robust loss takes as a whole: 3 where they
   // are the coordinates of a point. Divides K.
   virtual int group() const { return 1; }
+  // How many of the K numbers are independent near a fit: what a χ² counts.
+  virtual int num_independent() const { return size(); }
   // Computes r(x) of a shape x [m], shape [3V], in shape [K], and its Jacobian unless dr_dx is
   // null. Returns false where the shape cannot be read. May be called from several threads at a
   // time.

@@ -19,6 +19,7 @@
 #include "physics/mesh/scan_io.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 namespace {
@@ -30,7 +31,7 @@ constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
 
 // A file that a key names, relative to the folder of the experiments.
-std::string PathOf(const JsonInput& input, const std::string& folder) {
+std::string ResolvePath(const JsonInput& input, const std::string& folder) {
   const fs::path path = input.String();
   return path.is_absolute() || folder.empty() ? path.string() : (fs::path(folder) / path).string();
 }
@@ -45,7 +46,7 @@ std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
 }
 
 Camera ReadCameraOf(const JsonInput& input, const std::string& folder) {
-  return input.value().is_string() ? ReadCamera(PathOf(input, folder)) : ReadCamera(input);
+  return input.value().is_string() ? ReadCamera(ResolvePath(input, folder)) : ReadCamera(input);
 }
 
 View ReadView(const JsonInput& input, const std::string& folder) {
@@ -56,13 +57,13 @@ View ReadView(const JsonInput& input, const std::string& folder) {
 }
 
 std::vector<std::string> WithCommonKeys(std::vector<std::string> keys) {
-  keys.insert(keys.end(), {"sigma", "loss"});
+  keys.insert(keys.end(), {"sigma", "loss", "step"});
   return keys;
 }
 
 Measurement ReadMarkersOf(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"markers"}));
-  const std::string path = PathOf(input.At("markers"), folder);
+  const std::string path = ResolvePath(input.At("markers"), folder);
   const auto markers = std::make_shared<const MeasuredMarkers>(ReadMarkers(path));
   return {.name = "markers of " + path,
           .readout =
@@ -74,7 +75,7 @@ Measurement ReadMarkersOf(const JsonInput& input, const std::string& folder) {
 
 Measurement ReadShapeOf(const JsonInput& input, const std::string& folder, const Mesh& mesh) {
   input.ExpectKeys(WithCommonKeys({"shape"}));
-  const std::string path = PathOf(input.At("shape"), folder);
+  const std::string path = ResolvePath(input.At("shape"), folder);
   Measurement measurement{.name = "shape of " + path, .readout = {}, .data = ReadVertices(path)};
   if (measurement.data.size() != mesh.rest_x.size())
     throw InputError(path, Format("found %d vertices, expected the %d of the mesh",
@@ -89,7 +90,7 @@ Measurement ReadShapeOf(const JsonInput& input, const std::string& folder, const
 
 std::vector<Measurement> ReadPointsOf(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"points", "spacing", "max_distance"}));
-  const std::string path = PathOf(input.At("points"), folder);
+  const std::string path = ResolvePath(input.At("points"), folder);
   const Eigen::VectorXd points = ReadPointCloud(path);
   std::vector<Measurement> measurements = {
       {.name = "points of " + path, .readout = [=](const Mesh& mesh) {
@@ -116,7 +117,7 @@ void RequireSize(const std::string& path, int width, int height, const Camera& c
 
 Measurement ReadDepthOf(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"depth", "metres_per_count", "background", "view"}));
-  const std::string path = PathOf(input.At("depth"), folder);
+  const std::string path = ResolvePath(input.At("depth"), folder);
   const DepthMap map = ReadDepthMap(path, input.At("metres_per_count").NumberWithin(1e-9, 1.0));
   const View view = ReadView(input.At("view"), folder);
   RequireSize(path, map.width, map.height, view.camera);
@@ -133,7 +134,7 @@ Measurement ReadDepthOf(const JsonInput& input, const std::string& folder) {
 
 Measurement ReadSilhouetteOf(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
-  const std::string path = PathOf(input.At("silhouette"), folder);
+  const std::string path = ResolvePath(input.At("silhouette"), folder);
   const GrayImage image = ReadSilhouette(path).image;
   const View view = ReadView(input.At("view"), folder);
   RequireSize(path, image.width, image.height, view.camera);
@@ -203,30 +204,70 @@ std::string ReadName(const JsonInput& input) {
   return name;
 }
 
+void ReadMotion(const JsonInput& input, Experiment& experiment) {
+  input.ExpectKeys(
+      {"steps", "time_step", "velocity", "mass_damping", "stiffness_damping", "air_drag", "wind"});
+  experiment.motion = RolloutOptions{.h = input.At("time_step").NumberWithin(1e-6, 10.0),
+                                     .steps = input.At("steps").IntegerWithin(1, 100000)};
+  Dynamics& dynamics = experiment.dynamics;
+  const auto read = [&](const char* key, double* value) {
+    if (input.Has(key)) *value = input.At(key).NumberWithin(0.0, 1e3);
+  };
+  read("mass_damping", &dynamics.mass_damping);
+  read("stiffness_damping", &dynamics.stiffness_damping);
+  read("air_drag", &dynamics.air_drag);
+  if (input.Has("wind")) {
+    const Eigen::VectorXd wind = input.At("wind").Vector(3);
+    dynamics.wind = {wind[0], wind[1], wind[2]};
+  }
+  if (input.Has("velocity"))
+    experiment.velocity =
+        input.At("velocity").Vector(3).replicate(experiment.mesh.num_vertices(), 1);
+}
+
+// The time step after which a measurement was made.
+int ReadStep(const JsonInput& input, const Experiment& experiment) {
+  if (experiment.motion) return input.At("step").IntegerWithin(0, experiment.motion->steps);
+  if (input.Has("step")) input.At("step").Fail("none: the cloth has no motion");
+  return 0;
+}
+
+void SortFrames(std::vector<int>& frames) {
+  std::sort(frames.begin(), frames.end());
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+}
+
 Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
-  input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "measurements"});
+  input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "motion", "measurements"});
   Experiment experiment;
   if (input.Has("name")) experiment.name = ReadName(input.At("name"));
   const std::string mesh = input.At("mesh").String();
   experiment.mesh =
-      ParseMeshSpec(mesh.find(':') == std::string::npos ? PathOf(input.At("mesh"), folder) : mesh);
+      ParseMeshSpec(mesh.find(':') == std::string::npos ? ResolvePath(input.At("mesh"), folder) : mesh);
   const JsonInput scene = input.At("scene");
   experiment.scene =
-      scene.value().is_string() ? ReadScene(PathOf(scene, folder)) : ReadScene(scene, folder);
+      scene.value().is_string() ? ReadScene(ResolvePath(scene, folder)) : ReadScene(scene, folder);
   if (input.Has("start"))
-    experiment.start = ReadStart(PathOf(input.At("start"), folder), experiment.mesh,
+    experiment.start = ReadStart(ResolvePath(input.At("start"), folder), experiment.mesh,
                                  SupportRadius(experiment.scene).value_or(0.0))
                            .x;
   if (input.Has("random_starts"))
     experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
+  if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);
   const JsonInput measurements = input.At("measurements");
   if (measurements.ExpectArray().Size() == 0) measurements.Fail("at least one measurement");
   for (int i = 0; i < measurements.Size(); ++i)
     for (Measurement& each : ReadMeasurement(measurements.At(i), folder, experiment.mesh)) {
       const bool is_shape = measurements.At(i).Has("shape");
-      if (is_shape && experiment.start.size() == 0) experiment.start = each.data;
+      if (is_shape && !experiment.motion && experiment.start.size() == 0)
+        experiment.start = each.data;
+      each.step = ReadStep(measurements.At(i), experiment);
       experiment.measurements.push_back(std::move(each));
     }
+  if (experiment.motion)
+    for (const Measurement& each : experiment.measurements)
+      experiment.motion->frames.push_back(each.step);
+  if (experiment.motion) SortFrames(experiment.motion->frames);
   return experiment;
 }
 
@@ -261,10 +302,16 @@ int StartNumber(const Experiment& experiment, double lift) {
 std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh) {
   std::vector<Sight> sights;
   for (const Measurement& each : experiment.measurements) {
+    int frame = -1;
+    if (experiment.motion) {
+      const std::vector<int>& frames = experiment.motion->frames;
+      frame = static_cast<int>(std::find(frames.begin(), frames.end(), each.step) - frames.begin());
+    }
     Sight sight{.readouts = {each.readout(mesh)},
                 .data = each.data,
                 .sigma = each.sigma,
-                .loss = each.loss};
+                .loss = each.loss,
+                .frame = frame};
     if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
     sights.push_back(std::move(sight));
   }
@@ -301,37 +348,51 @@ std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
     std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, x);
     if (!residual) return std::nullopt;
     cost += WeighByLoss(sight, *residual, nullptr);
-    count += residual->size();
+    count += sight.readouts.front()->num_independent();
   }
   return std::sqrt(2.0 * cost / static_cast<double>(count));
 }
 
 int CountResiduals(const Experiment& experiment, const Mesh& mesh) {
   Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, mesh)) count += sight.data.size();
+  for (const Sight& sight : MakeSights(experiment, mesh))
+    count += sight.readouts.front()->num_independent();
   return static_cast<int>(count);
 }
 
 ExperimentFile ReadExperiments(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
-  input.ExpectKeys({"material", "density", "lab_tests", "experiments"});
+  input.ExpectKeys({"material", "density", "lab_tests", "fit", "experiments"});
   const std::string folder = fs::path(path).parent_path().string();
   ExperimentFile file;
-  if (input.Has("material")) file.material = PathOf(input.At("material"), folder);
+  if (input.Has("material")) file.material = ResolvePath(input.At("material"), folder);
   if (input.Has("density")) {
     file.density = input.At("density").NumberWithin(1e-4, 10.0);
     CheckUsual(input.At("density").Name(), file.density, "kg/m2", 0.01, 1.5);
   }
   if (input.Has("lab_tests"))
     for (int i = 0; i < input.At("lab_tests").ExpectArray().Size(); ++i)
-      file.lab_measurements.push_back(PathOf(input.At("lab_tests").At(i), folder));
+      file.lab_measurements.push_back(ResolvePath(input.At("lab_tests").At(i), folder));
+  for (int i = 0; input.Has("fit") && i < input.At("fit").ExpectArray().Size(); ++i) {
+    const JsonInput name = input.At("fit").At(i);
+    const auto entries = {kByMassDamping, kByStiffnessDamping, kByAirDrag};
+    const auto found = std::find_if(entries.begin(), entries.end(), [&](DynamicsEntry entry) {
+      return NameFor(entry) == name.String();
+    });
+    if (found == entries.end()) name.Fail("mass_damping, stiffness_damping or air_drag");
+    file.fitted.push_back(*found);
+  }
   const JsonInput experiments = input.At("experiments");
   if (experiments.ExpectArray().Size() == 0) experiments.Fail("at least one experiment");
   for (int i = 0; i < experiments.Size(); ++i) {
     file.experiments.push_back(ReadExperiment(experiments.At(i), folder));
     if (file.experiments.back().name.empty())
       file.experiments.back().name = "experiment_" + std::to_string(i + 1);
+    for (const DynamicsEntry entry : file.fitted)
+      if (Experiment& each = file.experiments.back();
+          !each.motion || !(DynamicsNumber(entry, each.dynamics) > 0.0))
+        experiments.At(i).Fail("a motion with a start value of what is fitted");
   }
   return file;
 }

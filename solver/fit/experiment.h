@@ -11,9 +11,11 @@
 #include <vector>
 
 #include "losses/readout/readout.h"
+#include "physics/cloth/assembly/dynamics.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
+#include "physics/simulation/rollout.h"
 
 namespace drape {
 
@@ -26,9 +28,10 @@ struct Measurement {
   double sigma = 1.0;         // standard deviation of a number, in that unit
   // Of the squared norm of each group of numbers (Readout::group) by sigma²; none: its square.
   std::shared_ptr<ceres::LossFunction> loss = {};
+  int step = 0;  // of a moving cloth: after so many time steps
 };
 
-// One cloth at rest on its scene, and what was measured of it.
+// One cloth on its scene, at rest or as it moves, and what was measured of it.
 struct Experiment {
   std::string name;
   Mesh mesh;
@@ -38,6 +41,11 @@ struct Experiment {
   // flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = 2;
+  // Of a moving cloth, which begins at its start with this velocity [m/s], shape [3V]: time steps,
+  // with the steps that are seen as frames. None: the cloth is at rest.
+  std::optional<RolloutOptions> motion = {};
+  Eigen::VectorXd velocity = {};  // empty: none
+  Dynamics dynamics = {};         // damping and air; where fitted, before the fit
 };
 
 // Start `number` of an experiment, at rest: 0 … random_starts.
@@ -53,6 +61,7 @@ struct Sight {
   Eigen::VectorXd data;  // shape [K]
   double sigma = 1.0;
   std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
+  int frame = -1;                                  // of the run's frames; −1: its end
 };
 std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh);
 
@@ -63,10 +72,11 @@ std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::Ve
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian);
 
-// How far a shape is from what was measured: √(Σ ρ/N) of the N residuals, 1 where they are as large
-// as their standard deviations. Nothing where the shape cannot be read.
+// How far a shape at rest is from what was measured: √(Σ ρ/N) of N independent residuals, 1 where
+// they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
                              const Eigen::VectorXd& x);
+// N (Readout::num_independent).
 int CountResiduals(const Experiment& experiment, const Mesh& mesh);
 
 // A file of experiments with one fabric.
@@ -75,13 +85,21 @@ struct ExperimentFile {
   double density = 0.0;                            // [kg/m²]; 0: that of `material`
   std::vector<Experiment> experiments;             // at least one
   std::vector<std::string> lab_measurements = {};  // files (ReadLabMeasurements)
+  std::vector<DynamicsEntry> fitted = {};          // damping and drag that are fitted
 };
 // Paths are relative to the folder of the file. Throws InputError (file, key, value, what was
 // expected):
 //   {"material": "fabric.json", "density": 0.12, "lab_tests": ["warp.json"],
+//    "fit": ["mass_damping", "stiffness_damping", "air_drag"] (with its tables),
 //    "experiments": [{"name": "square", "mesh": "strip:0.3x0.3x20" (ParseMeshSpec),
 //      "scene": "two_corners.json" or the object (ReadScene), "start": "state.json" (ReadStart),
-//      "random_starts": 2, "measurements": […, …]}, …]}
+//      "random_starts": 2, "measurements": […, …],
+//      "motion": {"steps": 60, "time_step": 0.02, "velocity": [0, 0, 0],
+//                 "mass_damping": 0, "stiffness_damping": 0, "air_drag": 0, "wind": [0, 0, 0]}},
+//      …]}
+// "motion": a cloth that moves from its start [s, m/s, Dynamics]; each of its measurements has a
+// "step". Its branch is not searched: where all experiments move, the fit begins at the start
+// tables.
 // A measurement is one of
 //   {"markers": "markers.csv", "sigma": 0.002}                  [m] (ReadMarkers)
 //   {"shape": "registered.obj", "sigma": 0.002}                 [m], a vertex of it for each of

@@ -188,6 +188,59 @@ MaterialField TableParametrisation::Jvp(const MaterialField& material,
   return direction;
 }
 
+double& DynamicsNumber(DynamicsEntry entry, Dynamics& dynamics) {
+  CHECK(entry == kByMassDamping || entry == kByStiffnessDamping || entry == kByAirDrag);
+  return entry == kByMassDamping        ? dynamics.mass_damping
+         : entry == kByStiffnessDamping ? dynamics.stiffness_damping
+                                        : dynamics.air_drag;
+}
+
+const char* NameFor(DynamicsEntry entry) {
+  return entry == kByMassDamping        ? "mass_damping"
+         : entry == kByStiffnessDamping ? "stiffness_damping"
+                                        : "air_drag";
+}
+
+DynamicsParametrisation::DynamicsParametrisation(TableParametrisation table,
+                                                 std::vector<DynamicsEntry> fitted)
+    : table_(std::move(table)), fitted_(std::move(fitted)) {}
+
+MaterialField DynamicsParametrisation::Material(const Eigen::VectorXd& theta) const {
+  MaterialField material = table_.Material(theta.head(table_.size()));
+  for (std::size_t i = 0; i < fitted_.size(); ++i)
+    DynamicsNumber(fitted_[i], material.dynamics) *=
+        std::exp(theta[table_.size() + static_cast<Eigen::Index>(i)]);
+  return material;
+}
+
+Eigen::MatrixXd DynamicsParametrisation::LogEntriesByTheta(const Eigen::VectorXd& theta) const {
+  Eigen::MatrixXd by_theta = Eigen::MatrixXd::Zero(kMaterialEntries, size());
+  by_theta.leftCols(table_.size()) = table_.LogEntriesByTheta(theta.head(table_.size()));
+  return by_theta;
+}
+
+Eigen::MatrixXd DynamicsParametrisation::DynamicsByTheta(const Eigen::VectorXd& theta) const {
+  Eigen::MatrixXd by_theta = Eigen::MatrixXd::Zero(kDynamicsEntries, size());
+  Dynamics here = Material(theta).dynamics;
+  for (std::size_t i = 0; i < fitted_.size(); ++i)
+    by_theta(fitted_[i], table_.size() + static_cast<Eigen::Index>(i)) =
+        DynamicsNumber(fitted_[i], here);
+  return by_theta;
+}
+
+RowMatrix DynamicsParametrisation::Vjp(const MaterialField& material,
+                                       const MaterialGradient& gradient) const {
+  const RowMatrix of_table = table_.Vjp(material, gradient);
+  RowMatrix all = RowMatrix::Zero(size(), of_table.cols());
+  all.topRows(table_.size()) = of_table;
+  return all;
+}
+
+MaterialField DynamicsParametrisation::Jvp(const MaterialField& material,
+                                           const Eigen::VectorXd& change) const {
+  return table_.Jvp(material, change.head(table_.size()));
+}
+
 std::string NameFor(ParameterTying tying, int i) {
   switch (tying) {
     case ParameterTying::kBendScale:

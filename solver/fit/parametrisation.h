@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/cloth/assembly/dynamics.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
@@ -26,6 +27,8 @@ class MaterialParametrisation {
   virtual bool has_one_table() const { return false; }
   // ∂(log entries)/∂θ at θ, shape [39, P].
   virtual Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const;
+  // ∂(numbers of DynamicsEntry)/∂θ at θ, shape [7, P]; empty: θ does not change them.
+  virtual Eigen::MatrixXd DynamicsByTheta(const Eigen::VectorXd&) const { return {}; }
   // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
   // Material(θ).
   virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
@@ -80,6 +83,30 @@ class TableParametrisation final : public MaterialParametrisation {
   MaterialField base_;
   Eigen::MatrixXd tie_;
 };
+
+// A table, and after its numbers log factors of damping and drag on those of its base.
+class DynamicsParametrisation final : public MaterialParametrisation {
+ public:
+  // fitted: kByMassDamping, kByStiffnessDamping, kByAirDrag; the base has more than zero of each.
+  DynamicsParametrisation(TableParametrisation table, std::vector<DynamicsEntry> fitted);
+
+  int size() const override { return table_.size() + static_cast<int>(fitted_.size()); }
+  MaterialField Material(const Eigen::VectorXd& theta) const override;
+  bool has_one_table() const override { return table_.has_one_table(); }
+  Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const override;
+  Eigen::MatrixXd DynamicsByTheta(const Eigen::VectorXd& theta) const override;
+  RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
+  MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
+
+ private:
+  TableParametrisation table_;
+  std::vector<DynamicsEntry> fitted_;
+};
+
+// The number of that entry, which is not one of the wind's or the density, and its name in files:
+// "mass_damping", "stiffness_damping", "air_drag".
+double& DynamicsNumber(DynamicsEntry entry, Dynamics& dynamics);
+const char* NameFor(DynamicsEntry entry);
 
 // Stretch tables from log factors, so that a table resists all strains whatever the factors are
 // [METHODS, P2]. A row resists where c11, c22, c33 > 0 and its coupling ρ = c12/√(c11·c22) is

@@ -134,7 +134,8 @@ bool RolloutResiduals::EvaluatedHere() const {
 
 void RolloutResiduals::RestartFromLastShapes() {
   for (int i = 0; i < num_blocks(); ++i)
-    for (std::size_t k = 0; evaluations_[i].valid && k < blocks_[i].runs.size(); ++k)
+    for (std::size_t k = 0; !is_motion(i) && evaluations_[i].valid && k < blocks_[i].runs.size();
+         ++k)
       blocks_[i].runs[k].start = AtRest({evaluations_[i].runs[k].x}).front();
 }
 
@@ -200,27 +201,42 @@ std::vector<RolloutInput> RolloutResiduals::MakeInputs(const Batch& batch,
   return inputs;
 }
 
+RolloutResiduals::RunResult RolloutResiduals::TakeRollout(RolloutResult rollout) {
+  RunResult taken{rollout.status == RolloutStatus::kOk, std::move(rollout.end.x), {}};
+  for (State& frame : rollout.frames) taken.frames.push_back(std::move(frame.x));
+  return taken;
+}
+
 void RolloutResiduals::RunDynamic(const Batch& batch, bool with_jacobians) {
   Backend& backend = *run(batch.front()).backend;
   const RolloutOptions& options = blocks_[batch.front().block].rollout;
   std::vector<State> starts;
   for (const Place& place : batch) starts.push_back(run(place).start);
-  const std::vector<RolloutInput> inputs = MakeInputs(batch, starts);
+  std::vector<RolloutInput> inputs = MakeInputs(batch, starts);
   if (with_jacobians) {
     std::vector<const MaterialField*> weights;
     for (const Place& place : batch) weights.push_back(&material(place.block));
-    const Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
+    Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
+    if (const Eigen::MatrixXd more = parametrisation_->DynamicsByTheta(theta_); more.size() > 0) {
+      by_theta.conservativeResize(kMaterialEntries + more.rows(), Eigen::NoChange);
+      by_theta.bottomRows(more.rows()) = more;
+    }
+    const TangentOptions more{.dynamics = by_theta.rows() > kMaterialEntries};
+    for (RolloutInput& input : inputs) input.tangent = &more;
     std::vector<TangentResult> results = backend.Tangents(inputs, weights, options);
     for (std::size_t k = 0; k < batch.size(); ++k) {
       RolloutResult& rollout = results[k].rollout;
-      const bool found = rollout.status == RolloutStatus::kOk;
-      result(batch[k]) = {found, std::move(rollout.end.x), {}};
-      if (found) result(batch[k]).x_by_theta = results[k].dx * by_theta;
+      RunResult& own = result(batch[k]);
+      own = TakeRollout(std::move(rollout));
+      if (!own.found) continue;
+      own.x_by_theta = results[k].dx * by_theta;
+      for (FrameTangent& frame : results[k].frames)
+        own.frames_by_theta.push_back(std::exchange(frame, {}).dx * by_theta);
     }
   } else {
     std::vector<RolloutResult> results = backend.Rollouts(inputs, options, nullptr);
     for (std::size_t k = 0; k < batch.size(); ++k)
-      result(batch[k]) = {results[k].status == RolloutStatus::kOk, std::move(results[k].end.x), {}};
+      result(batch[k]) = TakeRollout(std::move(results[k]));
   }
 }
 
@@ -405,8 +421,9 @@ void RolloutResiduals::FillResidual(int block, bool with_jacobian) {
     for (std::size_t k = 0; k < own.runs.size(); ++k) {
       Eigen::VectorXd r;
       ReadoutJacobian dr_dx;
-      evaluation.valid &=
-          sight.readouts[k]->Read(evaluation.runs[k].x, &r, by_x ? &dr_dx : nullptr);
+      const RunResult& run = evaluation.runs[k];
+      evaluation.valid &= sight.readouts[k]->Read(sight.frame < 0 ? run.x : run.frames[sight.frame],
+                                                  &r, by_x ? &dr_dx : nullptr);
       if (!evaluation.valid) {
         ++counts_.failed;
         return;
@@ -414,7 +431,8 @@ void RolloutResiduals::FillResidual(int block, bool with_jacobian) {
       mean += r / runs;
       if (by_x)
         evaluation.jacobian.middleRows(row, rows) +=
-            (dr_dx * evaluation.runs[k].x_by_theta) / (sight.sigma * runs);
+            (dr_dx * (sight.frame < 0 ? run.x_by_theta : run.frames_by_theta[sight.frame])) /
+            (sight.sigma * runs);
     }
     evaluation.residual.segment(row, rows) = (mean - sight.data) / sight.sigma;
     row += rows;
@@ -460,7 +478,7 @@ std::vector<State> RolloutResiduals::starts() const {
 
 void RolloutResiduals::StartFromAccepted() {
   for (std::size_t i = 0; i < accepted_.x.size(); ++i)
-    for (std::size_t k = 0; k < accepted_.x[i].size(); ++k)
+    for (std::size_t k = 0; !is_motion(static_cast<int>(i)) && k < accepted_.x[i].size(); ++k)
       blocks_[i].runs[k].start = AtRest({accepted_.x[i][k]}).front();
 }
 

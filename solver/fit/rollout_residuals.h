@@ -103,10 +103,10 @@ struct RolloutBlock {
   std::vector<Run> runs;
   std::vector<Sight> sights;
   SolveMode solve_mode = SolveMode::kStatic;
-  RolloutOptions rollout = {};          // kDynamic
+  RolloutOptions rollout = {};          // kDynamic; Sight::frame is one of its frames
   EquilibriumOptions equilibrium = {};  // kStatic
-  // The only equilibrium of its scene: trials have no branch to leave, and one that is not found
-  // near the last is sought from rest.
+  // The only equilibrium of its scene, or a motion: trials have no branch to leave. An equilibrium
+  // that is not found near the last is sought from rest; a motion begins at its start each time.
   bool is_unique = false;
   // Its runs start as those of the block before, to scale, where they have no start of their own.
   bool starts_like_previous = false;
@@ -180,8 +180,10 @@ class RolloutResiduals : public ceres::EvaluationCallback {
  private:
   struct RunResult {
     bool found = false;
-    Eigen::VectorXd x;     // shape at the end
-    RowMatrix x_by_theta;  // its derivative, where computed by tangents
+    Eigen::VectorXd x;                            // shape at the end
+    RowMatrix x_by_theta;                         // its derivative, where computed by tangents
+    std::vector<Eigen::VectorXd> frames = {};     // shapes that are seen before
+    std::vector<RowMatrix> frames_by_theta = {};  // as x_by_theta
   };
   struct Evaluation {
     bool valid = false;
@@ -204,12 +206,17 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   const MaterialField& material(int block) const {
     return blocks_[block].prepare ? prepared_[block] : fabric_;
   }
+  // Whether a block begins at its start in each evaluation.
+  bool is_motion(int block) const {
+    return blocks_[block].is_unique && blocks_[block].solve_mode == SolveMode::kDynamic;
+  }
   bool by_tangents(int block) const;
   std::vector<Batch> ListBatches() const;
   std::vector<RolloutInput> MakeInputs(const Batch& batch, const std::vector<State>& starts) const;
   std::vector<State> ListDrapes(const Batch& batch) const;
   void ClearEvaluations();
   void Evaluate(bool with_jacobians);
+  static RunResult TakeRollout(RolloutResult rollout);
   void RunDynamic(const Batch& batch, bool with_jacobians);
   void RunStatic(const Batch& batch, bool with_jacobians);
   State StaticStart(const Place& place, bool with_jacobians) const;

@@ -461,7 +461,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
 namespace {
 
 // An experiment as the observation of a fit.
-Observation ObservationOf(Experiment experiment, const std::string& file) {
+Observation MakeExperimentObservation(Experiment experiment, const std::string& file) {
   Observation observation;
   observation.name = experiment.name;
   observation.file = file;
@@ -486,7 +486,8 @@ void CheckExperiment(const FitSpec& spec, const FitData& data) {
     throw InputError("solve", "found dynamic with an experiment, expected static");
 }
 
-// Experiments after the first are fitted from where the start tables bring them.
+// Experiments that move begin at their start; others after the first, where the start tables bring
+// them.
 void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
                    const std::string& file, FitProblem& problem) {
   for (Experiment& each : experiments) {
@@ -494,6 +495,12 @@ void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
                               .model = {},
                               .start = {}};
     further.model = MakeModel(*further.experiment, spec.law);
+    if (further.experiment->motion) {
+      further.start = MakeStart(*further.experiment, *further.model, 0);
+      if (further.experiment->velocity.size() > 0) further.start.v = further.experiment->velocity;
+      problem.further.push_back(std::move(further));
+      continue;
+    }
     const std::unique_ptr<Backend> backend = MakeCpuBackend(further.model, 1);
     const State start = MakeStart(*further.experiment, *further.model, 0);
     SettledDrape drape = std::move(
@@ -520,17 +527,26 @@ FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(file.lab_measurements);
   const double density = FindDensity(data, measurements, &input.notes);
   input.density_is_given = density > 0.0;
-  input.problem.observations = {
-      ObservationOf(std::move(file.experiments.front()), given.experiment)};
+  const auto at_rest = std::find_if(file.experiments.begin(), file.experiments.end(),
+                                    [](const Experiment& each) { return !each.motion; });
+  if (at_rest != file.experiments.end()) {
+    input.problem.observations = {MakeExperimentObservation(std::move(*at_rest), given.experiment)};
+    file.experiments.erase(at_rest);
+  }
   input.problem.mirrors = false;
   ReadAllStartTables(spec, data, density, &input);
   NoteDensity(measurements, &input);
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
-  input.fine.model = MakeModel(*input.problem.observations.front().experiment, spec.law);
-  input.fine.backend = MakeBackend(spec.backend, input.fine.model, spec.threads, &input.device);
-  input.problem.fine = input.problem.coarse = input.fine.backend.get();
-  file.experiments.erase(file.experiments.begin());
+  if (const Experiment* searched = FindExperiment(input.problem)) {
+    input.fine.model = MakeModel(*searched, spec.law);
+    input.fine.backend = MakeBackend(spec.backend, input.fine.model, spec.threads, &input.device);
+    input.problem.fine = input.problem.coarse = input.fine.backend.get();
+  }
+  input.problem.fitted = file.fitted;
+  for (const Experiment& each : file.experiments)
+    if (each.motion && !input.problem.material.dynamics.Acts())
+      input.problem.material.dynamics = each.dynamics;
   SettleFurther(spec, std::move(file.experiments), given.experiment, input.problem);
   input.files = record.files();
   return input;

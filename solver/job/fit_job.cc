@@ -33,33 +33,37 @@ constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 
 // table in that of other models.
 constexpr double kFitShare = 0.9, kTableShare = 0.4;
 
-// Fits laboratory measurements alone: few parameters first, since far from the solution single
-// entries are changed into tables that no strip resists. First scales about the start tables; the
-// prior of what follows is about the tables so scaled, as after the initial guesses of a
-// silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
+// Fits laboratory measurements and motions alone: few parameters first, since far from the solution
+// single entries are changed into tables that no strip resists. First scales about the start
+// tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
+// a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
 // not.
 FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
-                          const FitOptions& options, const Strips& strips, MaterialField* fitted,
-                          std::string* note) {
+                          const FitOptions& options, const FitProblem& problem,
+                          MaterialField* fitted, std::string* note) {
   FitSummary best;
   MaterialField base = start;
   Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
+  Eigen::VectorXd of_dynamics =
+      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.fitted.size()));
   double seconds = 0.0;
   const std::vector<ParameterTying> stages =
       FreesStretch(last)
           ? std::vector{ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries}
           : std::vector{ParameterTying::kBendScale, ParameterTying::kBendRows};
   for (const ParameterTying tying : stages) {
-    const TableParametrisation parametrisation(base, tying);
-    const Eigen::MatrixXd& tie = parametrisation.tie();
-    RolloutResiduals residuals(&parametrisation, strips.MakeBlocks(options.trust_region.cancel),
-                               {});
-    Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size()) =
-        MeanLogFactors(tie, log_factors);
+    const TableParametrisation table(base, tying);
+    const DynamicsParametrisation parametrisation(table, problem.fitted);
+    const Eigen::MatrixXd& tie = table.tie();
+    RolloutResiduals residuals(&parametrisation,
+                               FurtherBlocks(problem, options.trust_region.cancel), {});
+    Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size())
+        << MeanLogFactors(tie, log_factors),
+        of_dynamics;
     FitSummary summary = Fit(residuals, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
-      *note = "the strips of the laboratory measurements cannot be computed with " +
+      *note = "the laboratory measurements and motions cannot be computed with " +
               std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
       break;
     }
@@ -69,18 +73,21 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
     if (tying == stages[0]) {
       base = *fitted;
     } else {
-      log_factors = tie * best.theta;
+      log_factors = tie * best.theta.head(table.size());
+      of_dynamics = best.theta.tail(of_dynamics.size());
     }
   }
   best.seconds = seconds;
   return best;
 }
 
-// The fit of the laboratory measurements alone, where there are some. Its tables become the
-// problem's, and the initial guesses do not scale what has been measured.
+// The fit of the laboratory measurements and motions alone, where there are some. Its tables become
+// the problem's, and the initial guesses do not scale what has been measured.
 std::optional<FitSummary> FitLab(StagedFitOptions& stages, FitInput& input,
                                  const RunControl& control) {
-  if (!input.strips) return std::nullopt;
+  FitProblem& problem = input.problem;
+  problem.strips = input.strips.get();
+  if (!input.strips && problem.further.empty()) return std::nullopt;
   FitOptions options;
   options.prior_sigma = stages.prior_sigma;
   options.trust_region.max_iterations = kLabIterations;
@@ -93,11 +100,14 @@ std::optional<FitSummary> FitLab(StagedFitOptions& stages, FitInput& input,
   };
   const MaterialField start = input.problem.material;
   std::string note;
-  FitSummary fit = FitLabInStages(start, stages.parameters, options, *input.strips,
-                                  &input.problem.material, &note);
+  FitSummary fit =
+      FitLabInStages(start, stages.parameters, options, problem, &problem.material, &note);
   if (!note.empty()) input.notes.push_back(note);
-  if (fit.termination == FitTermination::kFailed) return fit;
-  input.problem.strips = input.strips.get();
+  if (fit.termination == FitTermination::kFailed) {
+    problem.strips = nullptr;
+    return fit;
+  }
+  if (!input.strips) return fit;
   for (const LabMeasurement& measurement : input.strips->measurements())
     (measurement.kind == LabMeasurementKind::kTensile ? stages.grid.stretch
                                                       : stages.grid.bend) = {1.0};
@@ -191,26 +201,56 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
              JudgeByBound(judge, bound, mean, LeastRigidityOfFlat(problem, report)), report);
 }
 
-// The fit of strips ends with the last of its stages that succeeds.
-void EstimateLabCloth(const FitSpec& spec, const Strips* strips, FitReport& report) {
+// The Jacobian by the first numbers that has the information about them which is left when the
+// others, which have the same prior, are not known.
+Eigen::MatrixXd ProjectOut(const Eigen::MatrixXd& jacobian, Eigen::Index others,
+                           double prior_sigma) {
+  const Eigen::Index kept = jacobian.cols() - others;
+  if (others == 0) return jacobian;
+  Eigen::MatrixXd with_prior(jacobian.rows() + others, jacobian.cols());
+  with_prior << jacobian, Eigen::MatrixXd::Zero(others, kept),
+      Eigen::MatrixXd::Identity(others, others) / prior_sigma;
+  const Eigen::MatrixXd first = with_prior.leftCols(kept), last = with_prior.rightCols(others);
+  return first - last * last.householderQr().solve(first);
+}
+
+// The fit of strips and motions ends with the last of its stages that succeeds.
+void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
+  const auto others = static_cast<Eigen::Index>(problem.fitted.size());
+  const Eigen::MatrixXd jacobian = ProjectOut(fit.jacobian, others, spec.stages.prior_sigma);
   const Eigen::MatrixXd tie =
-      TyingMatrix(ParseName<ParameterTying>(std::to_string(fit.jacobian.cols()), "num_parameters"));
-  MakeSheets(
-      spec, strips,
-      JudgeByLaplace(report.material, tie, {.jacobian = fit.jacobian}, spec.stages.prior_sigma),
-      report);
+      TyingMatrix(ParseName<ParameterTying>(std::to_string(jacobian.cols()), "num_parameters"));
+  MakeSheets(spec, problem.strips,
+             JudgeByLaplace(report.material, tie, {.jacobian = jacobian}, spec.stages.prior_sigma),
+             report);
+}
+
+// Damping and drag with the deviation of their logarithms by the Laplace approximation.
+void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
+  if (problem.fitted.empty() || !report.lab_fit) return;
+  const Eigen::MatrixXd& jacobian = report.lab_fit->jacobian;
+  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  information.diagonal().array() += 1.0 / (spec.stages.prior_sigma * spec.stages.prior_sigma);
+  const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
+  Dynamics fitted = problem.material.dynamics;
+  const Eigen::Index first = deviation.size() - static_cast<Eigen::Index>(problem.fitted.size());
+  for (std::size_t i = 0; i < problem.fitted.size(); ++i)
+    report.dynamics.push_back({.entry = problem.fitted[i],
+                               .value = DynamicsNumber(problem.fitted[i], fitted),
+                               .log_sd = deviation[first + static_cast<Eigen::Index>(i)]});
 }
 
 // Without a candidate: the fit of the laboratory measurements.
 void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (!problem.observations.empty()) report.notes.push_back("no candidate could be fitted");
-  if (problem.strips == nullptr) return;
+  if (!report.lab_fit || report.lab_fit->termination == FitTermination::kFailed) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
-  EstimateLabCloth(spec, problem.strips, report);
-  report.strips = ReportStrips(*problem.strips, report.material);
+  EstimateLabCloth(spec, problem, report);
+  if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
+  report.measurements = ReportMeasurements(problem, {}, report.material);
 }
 
 // Says which numbers of a table an experiment can determine, from the spectrum at the start tables,
@@ -256,6 +296,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
   report.ground_truth = input.ground_truth.get();
+  ReportDynamics(spec, problem, report);
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
@@ -396,7 +437,7 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
     stages.grid.lifts = ListStarts(*experiment);
     if (store.begin) LogDetermined(input.problem, stages, control);
   }
-  const bool ready = !report.lab_fit || (input.problem.strips != nullptr &&
+  const bool ready = !report.lab_fit || (report.lab_fit->termination != FitTermination::kFailed &&
                                          report.lab_fit->termination != FitTermination::kCancelled);
   if (store.begin) fit.state = store.begin(input, stages, ready);
   const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;

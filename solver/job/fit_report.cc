@@ -341,6 +341,8 @@ ordered_json ExperimentsJson(const FitProblem& problem, const FitReport& report)
                             {"misfit_sigma", each.misfit},
                             {"largest_sigma", each.largest}});
   ordered_json json = {{"measurements", measurements}};
+  for (const DynamicsReport& each : report.dynamics)
+    json["dynamics"][NameFor(each.entry)] = {{"value", each.value}, {"log_sd", each.log_sd}};
   if (report.drapes.empty()) return json;
   const DrapeReport& drape = report.drapes.front();
   json["drape"] = {{"experiment", problem.observations.front().name},
@@ -415,6 +417,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
     json["laboratory"] = LaboratoryJson(problem, report);
   }
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
+  if (!report.measurements.empty()) json.update(ExperimentsJson(problem, report));
   if (problem.observations.empty()) {
     if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
@@ -442,8 +445,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
   if (report.posterior)
     json["posterior"] = PosteriorJson(*report.posterior, report.stiffness_weights);
-  json.update(FindExperiment(problem) == nullptr ? ImagesJson(problem, report, best->guess)
-                                                 : ExperimentsJson(problem, report));
+  if (FindExperiment(problem) == nullptr) json.update(ImagesJson(problem, report, best->guess));
   return json;
 }
 
@@ -476,12 +478,15 @@ std::string MeasurementTable(const FitReport& report) {
   for (const MeasurementReport& each : report.measurements)
     table += Format("%-16.16s %8d %12.2f %10.1f  %s\n", each.experiment.c_str(), each.count,
                     each.misfit, each.largest, each.name.c_str());
+  for (const DynamicsReport& each : report.dynamics)
+    table += Format("  %-22s %10.4g (%.4g ... %.4g)\n", NameFor(each.entry), each.value,
+                    each.value * std::exp(-kQuantile90 * each.log_sd),
+                    each.value * std::exp(kQuantile90 * each.log_sd));
   return table;
 }
 
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
-  if (FindExperiment(problem) != nullptr) return MeasurementTable(report);
-  if (report.drapes.empty()) return "";
+  if (FindExperiment(problem) != nullptr || report.drapes.empty()) return "";
   std::string table =
       Format("%-28s %8s %7s %6s %8s %8s %7s %16s %10s %8s\n", "image", "rms [px]", "mse", "iou",
              "dc image", "dc fit", "folds", "settled rms [px]", "drift [mm]", "stable");
@@ -575,22 +580,21 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                                                   const std::vector<Eigen::VectorXd>& shapes,
                                                   const MaterialField& material) {
   std::vector<MeasurementReport> reports;
-  const auto add = [&](const Experiment& experiment, const Mesh& mesh, const Eigen::VectorXd& x) {
-    const std::vector<Sight> sights = MakeSights(experiment, mesh);
-    for (std::size_t i = 0; i < sights.size(); ++i) {
-      const std::optional<Eigen::VectorXd> residual = ReadResiduals(sights[i], x);
-      if (!residual) continue;
-      const auto count = static_cast<int>(residual->size());
-      reports.push_back({.experiment = experiment.name,
-                         .name = experiment.measurements[i].name,
-                         .count = count,
-                         .misfit = residual->norm() / std::sqrt(double(count)),
-                         .largest = residual->cwiseAbs().maxCoeff()});
-    }
+  const auto add = [&](const Experiment& experiment, std::size_t i, const Sight& sight,
+                       const Eigen::VectorXd& residual) {
+    const int count = sight.readouts.front()->num_independent();
+    reports.push_back({.experiment = experiment.name,
+                       .name = experiment.measurements[i].name,
+                       .count = count,
+                       .misfit = residual.norm() / std::sqrt(double(count)),
+                       .largest = residual.cwiseAbs().maxCoeff()});
   };
-  for (std::size_t i = 0; i < problem.observations.size(); ++i)
-    if (const auto& experiment = problem.observations[i].experiment; experiment != nullptr)
-      add(*experiment, problem.fine->model().mesh, shapes[i]);
+  if (const Experiment* searched = FindExperiment(problem)) {
+    const std::vector<Sight> sights = MakeSights(*searched, problem.fine->model().mesh);
+    for (std::size_t i = 0; i < sights.size(); ++i)
+      if (const auto residual = ReadResiduals(sights[i], shapes.front()))
+        add(*searched, i, sights[i], *residual);
+  }
   FitProblem without_strips = problem;
   without_strips.strips = nullptr;
   std::vector<RolloutBlock> further = FurtherBlocks(without_strips, nullptr);
@@ -598,9 +602,15 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
   const TableParametrisation fixed(material, ParameterTying::kScales);
   RolloutResiduals residuals(&fixed, std::move(further), {});
   residuals.PrepareForEvaluation(false, true);
-  for (int i = 0; i < residuals.num_blocks(); ++i)
-    if (residuals.valid(i))
-      add(*problem.further[i].experiment, problem.further[i].model->mesh, residuals.shape(i));
+  for (int i = 0; i < residuals.num_blocks(); ++i) {
+    Eigen::Index row = 0;
+    for (std::size_t k = 0; residuals.valid(i) && k < residuals.block(i).sights.size(); ++k) {
+      const Sight& sight = residuals.block(i).sights[k];
+      const Eigen::Index rows = sight.data.size();
+      add(*problem.further[i].experiment, k, sight, residuals.residual(i).segment(row, rows));
+      row += rows;
+    }
+  }
   return reports;
 }
 
@@ -662,8 +672,8 @@ std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& r
 }
 
 std::string FitText(const FitProblem& problem, const FitReport& report) {
-  return ImageTable(problem, report) + StripTable(report.strips) + MaterialTable(report) +
-         (report.fields ? FieldTable(*report.fields) : "") +
+  return MeasurementTable(report) + ImageTable(problem, report) + StripTable(report.strips) +
+         MaterialTable(report) + (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior, report.stiffness_weights) : "") +
          LaboratoryText(problem, report) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,

@@ -76,12 +76,19 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                                                   const std::vector<Eigen::VectorXd>& shapes,
                                                   const MaterialField& material);
 
+// Damping or drag that was fitted, and the standard deviation of its logarithm.
+struct DynamicsReport {
+  DynamicsEntry entry = kByMassDamping;
+  double value = 0.0, log_sd = 0.0;
+};
+
 // All results of a fit, before they are written.
 struct FitReport {
   std::vector<DrapeReport> drapes;    // of the observations
   std::optional<FitSummary> lab_fit;  // of the laboratory measurements alone, where there are some
   std::vector<StripReport> strips;    // with the fitted material
   std::vector<MeasurementReport> measurements = {};  // with it
+  std::vector<DynamicsReport> dynamics = {};
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.
   MaterialField material;

@@ -375,7 +375,7 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
     judges.Condemn("the fit was cancelled");
   } else {
     JudgeStrips(report.strips, judges.shape);
-    if (by_experiment) JudgeMeasurements(report, judges);
+    if (!report.measurements.empty()) JudgeMeasurements(report, judges);
     JudgeBending(report, judges.bending);
   }
   return judges.Verdict();

@@ -307,7 +307,7 @@ struct HierarchicalSamples::SampleState {
               const SpecimenDrapes& specimen, const ResidualOptions& options)
       : parametrisation(std::move(map)),
         outlines(ObservationResiduals(backend, parametrisation.get(), specimen.observations,
-                                  specimen.starts, options)) {}
+                                      specimen.starts, options)) {}
 
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), outlines.num_parameters()) = u;

@@ -351,10 +351,23 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
   if (problem.strips != nullptr) blocks = problem.strips->MakeBlocks(cancel);
   for (const SettledExperiment& each : problem.further) {
     const std::shared_ptr<Backend> backend = MakeCpuBackend(each.model, 1);
-    blocks.push_back({.runs = {{.backend = backend.get(), .start = each.start, .owned = backend}},
-                      .sights = MakeSights(*each.experiment, each.model->mesh),
-                      .equilibrium = {.cancel = cancel},
-                      .is_unique = true});
+    RolloutBlock block{.runs = {{.backend = backend.get(), .start = each.start, .owned = backend}},
+                       .sights = MakeSights(*each.experiment, each.model->mesh),
+                       .equilibrium = {.cancel = cancel},
+                       .is_unique = true};
+    if (each.experiment->motion) {
+      block.solve_mode = SolveMode::kDynamic;
+      block.rollout = *each.experiment->motion;
+      block.rollout.cancel = cancel;
+      block.prepare = [experiment = each.experiment,
+                       fitted = problem.fitted](MaterialField fabric) {
+        Dynamics of_fabric = std::exchange(fabric.dynamics, experiment->dynamics);
+        for (const DynamicsEntry entry : fitted)
+          DynamicsNumber(entry, fabric.dynamics) = DynamicsNumber(entry, of_fabric);
+        return fabric;
+      };
+    }
+    blocks.push_back(std::move(block));
   }
   return blocks;
 }

@@ -24,7 +24,7 @@ struct TableModel {
   ParameterTying parameters = ParameterTying::kEntries;
 };
 
-// An experiment whose branch is not searched.
+// An experiment whose branch is not searched: one that moves, or one beside the first.
 struct SettledExperiment {
   std::shared_ptr<const Experiment> experiment;
   std::shared_ptr<const ClothModel> model;
@@ -49,6 +49,8 @@ struct FitProblem {
   std::vector<int> specimens = {};
   const Strips* strips = nullptr;  // laboratory measurements, fitted jointly where given
   std::vector<SettledExperiment> further = {};  // of the same fabric, fitted jointly
+  // Damping and drag that are fitted before the search, from those of `material`.
+  std::vector<DynamicsEntry> fitted = {};
 };
 
 struct StagedFitOptions {

@@ -280,13 +280,13 @@ DrapeFunction::DrapeFunction(Backend* backend, const MaterialParametrisation* pa
       observations_(std::move(observations)),
       options_(options),
       outlines_(ObservationResiduals(backend, parametrisation, observations_, starts,
-                                 any_branch ? AnyBranch(options) : options)),
+                                     any_branch ? AnyBranch(options) : options)),
       prior_sigma_(prior_sigma) {}
 
 void DrapeFunction::RefineFromBest() {
   if (best_shapes_.empty()) return;
   outlines_ = ObservationResiduals(backend_, &outlines_.parametrisation(), observations_,
-                               AtRest(best_shapes_), options_);
+                                   AtRest(best_shapes_), options_);
 }
 
 int DrapeFunction::num_residuals() const { return outlines_.num_residuals() + size(); }

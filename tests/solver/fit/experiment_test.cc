@@ -4,16 +4,19 @@
 #include <cmath>
 
 #include "losses/readout/place_readouts.h"
+#include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
 #include "solver/fit/fit.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/simulation/closed_forms.h"
 
 namespace drape {
 namespace {
 
-constexpr const char* kScene = R"({"gravity": [0, 0, -9.81], "handles": {"vertices": [0, 4]}})";
+constexpr const char* kScene =
+    R"({"gravity": [0, 0, -9.81], "handles": {"vertices": [0, 4], "stiffness": 1e4}})";
 
 class ExperimentFileTest : public FileFixture {
  protected:
@@ -106,13 +109,13 @@ TEST(RobustBlocks, AnOutlierIsPassedBy) {
   const auto model = std::make_shared<const ClothModel>(
       MakeStrip(0.2, 0.05, 12, 4), CantileverScene(0.01, 9.81), MakeLaw("smooth"));
   const auto backend = MakeCpuBackend(model, 1);
-  const MaterialField truth = LinearMaterial(200.0, 5e-5, 0.2);
-  const EquilibriumResult rest = SolveFromRest(*backend, truth, {});
+  const MaterialField reference = LinearMaterial(200.0, 5e-5, 0.2);
+  const EquilibriumResult rest = SolveFromRest(*backend, reference, {});
   ASSERT_EQ(rest.status, EquilibriumStatus::kStable);
   const auto fitted = [&](std::shared_ptr<ceres::LossFunction> loss) {
     Eigen::VectorXd data = rest.x;
     data[data.size() - 1] -= 0.2;
-    const TableParametrisation scales(Scaled(truth, 1.0, 0.7), ParameterTying::kBendScale);
+    const TableParametrisation scales(Scaled(reference, 1.0, 0.7), ParameterTying::kBendScale);
     RolloutBlock block{.runs = {{.backend = backend.get(), .start = {rest.x, {}}}},
                        .sights = {{.readouts = {std::make_shared<PositionReadout>(model->mesh)},
                                    .data = data,

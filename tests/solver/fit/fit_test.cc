@@ -37,8 +37,8 @@ class FitTest : public testing::Test {
     starts_.push_back(backend_.model().RestState());
   }
   FitSummary RunFit() {
-    outlines_ = std::make_unique<RolloutResiduals>(
-        ObservationResiduals(&backend_, &parametrisation_, observations_, starts_, outline_options_));
+    outlines_ = std::make_unique<RolloutResiduals>(ObservationResiduals(
+        &backend_, &parametrisation_, observations_, starts_, outline_options_));
     return Fit(*outlines_, fit_options_);
   }
   // The starts are the drapes of the point that is returned, which has the least cost.
