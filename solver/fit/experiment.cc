@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
 constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
+constexpr int kMostNumbers = 1 << 18;  // of a measurement: their Jacobian is dense
 
 // A file that a key names, relative to the folder of the experiments.
 std::string ResolvePath(const JsonInput& input, const std::string& folder) {
@@ -187,7 +188,10 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
   for (Measurement& each : read) {
     each.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
-    (void)each.readout(mesh);  // a place off the cloth is an error of the file
+    // Builds it, since a place off the cloth is an error of the file.
+    if (const int count = each.readout(mesh)->size(); count > kMostNumbers)
+      throw InputError(input.Name(), Format("found %d numbers, expected at most %d: thin them out",
+                                            count, kMostNumbers));
   }
   return read;
 }
@@ -242,8 +246,8 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   Experiment experiment;
   if (input.Has("name")) experiment.name = ReadName(input.At("name"));
   const std::string mesh = input.At("mesh").String();
-  experiment.mesh =
-      ParseMeshSpec(mesh.find(':') == std::string::npos ? ResolvePath(input.At("mesh"), folder) : mesh);
+  experiment.mesh = ParseMeshSpec(
+      mesh.find(':') == std::string::npos ? ResolvePath(input.At("mesh"), folder) : mesh);
   const JsonInput scene = input.At("scene");
   experiment.scene =
       scene.value().is_string() ? ReadScene(ResolvePath(scene, folder)) : ReadScene(scene, folder);

@@ -444,6 +444,17 @@ bool RolloutResiduals::all_valid() const {
                      [](const Evaluation& each) { return each.valid; });
 }
 
+double RolloutResiduals::cost(int block) const {
+  Eigen::VectorXd residual = evaluations_[block].residual;
+  double cost = 0.0;
+  Eigen::Index row = 0;
+  for (const Sight& sight : blocks_[block].sights) {
+    cost += WeighByLoss(sight, residual.segment(row, sight.data.size()), nullptr);
+    row += sight.data.size();
+  }
+  return cost;
+}
+
 void RolloutResiduals::Accept() {
   if (!all_valid()) return;
   accepted_.theta = theta_;

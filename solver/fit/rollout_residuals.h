@@ -151,6 +151,8 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   // where it had some, shape [num_residuals() of it, P].
   const Eigen::VectorXd& residual(int block) const { return evaluations_[block].residual; }
   const RowMatrix& jacobian(int block) const { return evaluations_[block].jacobian; }
+  // ½ Σ residual² of a valid block, or of the losses.
+  double cost(int block) const;
 
   // The shape of the first run of a block at the last evaluation, valid or not [m], shape [3V].
   const Eigen::VectorXd& shape(int block) const { return evaluations_[block].runs.front().x; }

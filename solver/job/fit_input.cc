@@ -471,7 +471,9 @@ Observation MakeExperimentObservation(Experiment experiment, const std::string& 
 }
 
 std::shared_ptr<const ClothModel> MakeModel(const Experiment& experiment, LawKind law) {
-  return std::make_shared<const ClothModel>(experiment.mesh, experiment.scene, MakeLaw(law));
+  auto model = std::make_shared<const ClothModel>(experiment.mesh, experiment.scene, MakeLaw(law));
+  RequireThinCloth(*model);
+  return model;
 }
 
 void CheckExperiment(const FitSpec& spec, const FitData& data) {
@@ -479,6 +481,7 @@ void CheckExperiment(const FitSpec& spec, const FitData& data) {
     throw InputError("experiment",
                      "found one beside images, data or lab_tests, expected one of "
                      "them: its file has keys for what belongs to it");
+  CheckTableForm(spec.table_form, spec.stages.parameters);
   if (spec.model != FitModel::kHomogeneous)
     throw InputError("model", std::string("found ") + ToString(spec.model) +
                                   " with an experiment, expected homogeneous");

@@ -161,13 +161,19 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
   report.linear_sheet = MakeLinearSheet(input, judge);
 }
 
+// Errors of measurements count as many times as the worst of them is off, at least once.
+double MisfitFactor(const FitReport& report) {
+  double worst = 1.0;
+  for (const MeasurementReport& each : report.measurements) worst = std::max(worst, each.misfit);
+  return worst;
+}
+
 // How well the fitted cloth is known: by the Laplace approximation at its one table, with the
 // outlines' residuals weighted as those of a posterior, by their own σ and as many as are
 // independent; of model bayes by the posterior where its samples are reliable.
 void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const FitCandidate& best,
                          const Eigen::MatrixXd& jacobian, FitReport& report) {
   const ResidualOptions& residuals = spec.stages.residuals;
-  const bool by_experiment = FindExperiment(problem) != nullptr;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
@@ -175,8 +181,8 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
                        .outline_rows = std::min<Eigen::Index>(
                            jacobian.rows(), problem.observations.size() * spec.observation.angles),
                        .outline_weight = sigma_ratio * sigma_ratio * independent};
-  if (by_experiment) {
-    rows.jacobian /= std::max(1.0, best.profile_rms);  // the misfit, in units of sigma
+  if (FindExperiment(problem) != nullptr) {
+    rows.jacobian /= MisfitFactor(report);
     rows.outline_rows = 0;
   }
   Judgement judge =
@@ -218,7 +224,8 @@ Eigen::MatrixXd ProjectOut(const Eigen::MatrixXd& jacobian, Eigen::Index others,
 void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
   const auto others = static_cast<Eigen::Index>(problem.fitted.size());
-  const Eigen::MatrixXd jacobian = ProjectOut(fit.jacobian, others, spec.stages.prior_sigma);
+  const Eigen::MatrixXd jacobian =
+      ProjectOut(fit.jacobian / MisfitFactor(report), others, spec.stages.prior_sigma);
   const Eigen::MatrixXd tie =
       TyingMatrix(ParseName<ParameterTying>(std::to_string(jacobian.cols()), "num_parameters"));
   MakeSheets(spec, problem.strips,
@@ -229,7 +236,7 @@ void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport&
 // Damping and drag with the deviation of their logarithms by the Laplace approximation.
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
-  const Eigen::MatrixXd& jacobian = report.lab_fit->jacobian;
+  const Eigen::MatrixXd jacobian = report.lab_fit->jacobian / MisfitFactor(report);
   Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   information.diagonal().array() += 1.0 / (spec.stages.prior_sigma * spec.stages.prior_sigma);
   const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
@@ -247,10 +254,11 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
   if (!report.lab_fit || report.lab_fit->termination == FitTermination::kFailed) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
+  report.measurements = ReportMeasurements(problem, {}, report.material);
   EstimateLabCloth(spec, problem, report);
+  ReportDynamics(spec, problem, report);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
-  report.measurements = ReportMeasurements(problem, {}, report.material);
 }
 
 // Says which numbers of a table an experiment can determine, from the spectrum at the start tables,
@@ -296,7 +304,6 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
   report.ground_truth = input.ground_truth.get();
-  ReportDynamics(spec, problem, report);
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
@@ -305,6 +312,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
   report.measurements = ReportMeasurements(problem, FittedShapes(report, *best), report.material);
+  ReportDynamics(spec, problem, report);
   const Eigen::MatrixXd jacobian =
       control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);

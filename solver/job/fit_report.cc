@@ -583,10 +583,12 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
   const auto add = [&](const Experiment& experiment, std::size_t i, const Sight& sight,
                        const Eigen::VectorXd& residual) {
     const int count = sight.readouts.front()->num_independent();
+    Eigen::VectorXd weighed = residual;
+    const double squares = 2.0 * WeighByLoss(sight, weighed, nullptr);
     reports.push_back({.experiment = experiment.name,
                        .name = experiment.measurements[i].name,
                        .count = count,
-                       .misfit = residual.norm() / std::sqrt(double(count)),
+                       .misfit = std::sqrt(squares / count),
                        .largest = residual.cwiseAbs().maxCoeff()});
   };
   if (const Experiment* searched = FindExperiment(problem)) {

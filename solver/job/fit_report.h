@@ -67,8 +67,9 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
 // A measurement of an experiment beside the fitted cloth.
 struct MeasurementReport {
   std::string experiment, name;
-  int count = 0;                       // of its numbers
-  double misfit = 0.0, largest = 0.0;  // root mean square and largest of their residuals [sigma]
+  int count = 0;  // of its numbers
+  // Root mean square of their residuals, as their loss counts them, and the largest [sigma].
+  double misfit = 0.0, largest = 0.0;
 };
 // Of all experiments, also those whose branch was not searched. shapes: of the observations. Left
 // out is what cannot be read.

@@ -142,7 +142,7 @@ void BindInputs(py::module_& m) {
       .def_readwrite("scale", &Camera::scale, "of an orthographic camera, px/m")
       .def_property_readonly("pixels_per_metre",
                              [](const Camera& self) { return self.pixels_per_metre(); });
-  m.def("read_camera", &ReadCamera);
+  m.def("read_camera", py::overload_cast<const std::string&>(&ReadCamera));
   py::class_<MeasuredImage>(m, "Silhouette", "The silhouette of a drape and its camera.")
       .def_readonly("camera", &MeasuredImage::camera)
       .def_property_readonly("coverage", &Coverage, "of each pixel by cloth, 0 to 1, [H, W]")

@@ -43,11 +43,11 @@ std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOpti
   }
   if (std::vector<RolloutBlock> further = FurtherBlocks(problem, nullptr); !further.empty()) {
     const TableParametrisation parametrisation(candidate.base, options.parameters);
-    RolloutResiduals strips(&parametrisation, std::move(further), options.residuals);
-    Eigen::Map<Eigen::VectorXd>(strips.theta(), candidate.theta.size()) = candidate.theta;
-    strips.PrepareForEvaluation(false, true);
-    if (!strips.all_valid()) return std::nullopt;
-    for (int i = 0; i < strips.num_blocks(); ++i) squares += strips.residual(i).squaredNorm();
+    RolloutResiduals residuals(&parametrisation, std::move(further), options.residuals);
+    Eigen::Map<Eigen::VectorXd>(residuals.theta(), candidate.theta.size()) = candidate.theta;
+    residuals.PrepareForEvaluation(false, true);
+    if (!residuals.all_valid()) return std::nullopt;
+    for (int i = 0; i < residuals.num_blocks(); ++i) squares += 2.0 * residuals.cost(i);
   }
   return 0.5 * squares;
 }

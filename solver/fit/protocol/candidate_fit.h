@@ -62,7 +62,7 @@ class CandidateFitter {
   // Empty where a shape has no outline.
   std::vector<double> ListProfileRms(const FitCandidate& candidate) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
-  // Outlines of all observations, then all points of strips.
+  // Of all observations, then of FurtherBlocks.
   RolloutResiduals Residuals(const TableParametrisation& parametrisation,
                              const FitCandidate& candidate) const;
   FitOptions MakeFitOptions() const;

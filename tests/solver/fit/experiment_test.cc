@@ -98,6 +98,10 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   EXPECT_INPUT_ERROR(
       Read(R"({"angle": 30, "tip": [4], "clamp": [0, 0, 0], "along": [1, 0, 1], "sigma": 1})"),
       "a horizontal direction");
+  std::string points = "x,y,z\n";
+  for (int i = 0; i < 90000; ++i) points += "0,0,0\n";
+  Write("many.csv", points);
+  EXPECT_INPUT_ERROR(Read(R"({"points": "many.csv", "sigma": 1})"), "at most 262144");
   EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": []})")),
                      "at least one experiment");
   EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": [{"name": "../x"}]})")),
