@@ -46,14 +46,14 @@ std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
   return std::make_shared<ceres::TukeyLoss>(width("tukey"));
 }
 
-Camera ReadCameraOf(const JsonInput& input, const std::string& folder) {
+Camera ReadCameraOrFile(const JsonInput& input, const std::string& folder) {
   return input.value().is_string() ? ReadCamera(ResolvePath(input, folder)) : ReadCamera(input);
 }
 
 View ReadView(const JsonInput& input, const std::string& folder) {
-  if (!input.Has("position")) return ReadCameraOf(input, folder);
+  if (!input.Has("position")) return ReadCameraOrFile(input, folder);
   input.ExpectKeys({"camera", "position", "target", "up"});
-  return LookAt(ReadCameraOf(input.At("camera"), folder), input.At("position").Vector(3),
+  return LookAt(ReadCameraOrFile(input.At("camera"), folder), input.At("position").Vector(3),
                 input.At("target").Vector(3), input.At("up").Vector(3), input.Name());
 }
 
@@ -62,7 +62,7 @@ std::vector<std::string> WithCommonKeys(std::vector<std::string> keys) {
   return keys;
 }
 
-Measurement ReadMarkersOf(const JsonInput& input, const std::string& folder) {
+Measurement MakeMarkerMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"markers"}));
   const std::string path = ResolvePath(input.At("markers"), folder);
   const auto markers = std::make_shared<const MeasuredMarkers>(ReadMarkers(path));
@@ -74,7 +74,8 @@ Measurement ReadMarkersOf(const JsonInput& input, const std::string& folder) {
           .data = markers->x};
 }
 
-Measurement ReadShapeOf(const JsonInput& input, const std::string& folder, const Mesh& mesh) {
+Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& folder,
+                                 const Mesh& mesh) {
   input.ExpectKeys(WithCommonKeys({"shape"}));
   const std::string path = ResolvePath(input.At("shape"), folder);
   Measurement measurement{.name = "shape of " + path, .readout = {}, .data = ReadVertices(path)};
@@ -89,7 +90,7 @@ Measurement ReadShapeOf(const JsonInput& input, const std::string& folder, const
   return measurement;
 }
 
-std::vector<Measurement> ReadPointsOf(const JsonInput& input, const std::string& folder) {
+std::vector<Measurement> MakePointMeasurements(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"points", "spacing", "max_distance"}));
   const std::string path = ResolvePath(input.At("points"), folder);
   const Eigen::VectorXd points = ReadPointCloud(path);
@@ -116,7 +117,7 @@ void RequireSize(const std::string& path, int width, int height, const Camera& c
                                 height, camera.width, camera.height));
 }
 
-Measurement ReadDepthOf(const JsonInput& input, const std::string& folder) {
+Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"depth", "metres_per_count", "background", "view"}));
   const std::string path = ResolvePath(input.At("depth"), folder);
   const DepthMap map = ReadDepthMap(path, input.At("metres_per_count").NumberWithin(1e-9, 1.0));
@@ -133,7 +134,7 @@ Measurement ReadDepthOf(const JsonInput& input, const std::string& folder) {
   return measurement;
 }
 
-Measurement ReadSilhouetteOf(const JsonInput& input, const std::string& folder) {
+Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
   const std::string path = ResolvePath(input.At("silhouette"), folder);
   const GrayImage image = ReadSilhouette(path).image;
@@ -151,7 +152,7 @@ Measurement ReadSilhouetteOf(const JsonInput& input, const std::string& folder) 
   return measurement;
 }
 
-Measurement ReadAngleOf(const JsonInput& input, const Mesh& mesh) {
+Measurement MakeAngleMeasurement(const JsonInput& input, const Mesh& mesh) {
   input.ExpectKeys(WithCommonKeys({"angle", "tip", "clamp", "along"}));
   const JsonInput tip = input.At("tip");
   std::vector<int> vertices;
@@ -172,17 +173,17 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
                                          const Mesh& mesh) {
   std::vector<Measurement> read;
   if (input.Has("markers"))
-    read = {ReadMarkersOf(input, folder)};
+    read = {MakeMarkerMeasurement(input, folder)};
   else if (input.Has("shape"))
-    read = {ReadShapeOf(input, folder, mesh)};
+    read = {MakeShapeMeasurement(input, folder, mesh)};
   else if (input.Has("points"))
-    read = ReadPointsOf(input, folder);
+    read = MakePointMeasurements(input, folder);
   else if (input.Has("depth"))
-    read = {ReadDepthOf(input, folder)};
+    read = {MakeDepthMeasurement(input, folder)};
   else if (input.Has("silhouette"))
-    read = {ReadSilhouetteOf(input, folder)};
+    read = {MakeSilhouetteMeasurement(input, folder)};
   else if (input.Has("angle"))
-    read = {ReadAngleOf(input, mesh)};
+    read = {MakeAngleMeasurement(input, mesh)};
   else
     input.Fail("one of markers, shape, points, depth, silhouette and angle");
   for (Measurement& each : read) {

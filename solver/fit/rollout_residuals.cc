@@ -96,8 +96,9 @@ void RolloutResiduals::Rebind(Backend* backend) {
 }
 
 bool RolloutResiduals::by_tangents(int block) const {
-  return parametrisation_->has_one_table() && (blocks_[block].solve_mode == SolveMode::kDynamic ||
-                                               blocks_[block].num_residuals() >= kMaterialEntries);
+  return parametrisation_->has_one_table() &&
+         (blocks_[block].solve_mode == SolveMode::kDynamic ||
+          2 * blocks_[block].num_residuals() >= kMaterialEntries);
 }
 
 void RolloutResiduals::PrepareForEvaluation(bool with_jacobians, bool) {

@@ -161,11 +161,18 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
   report.linear_sheet = MakeLinearSheet(input, judge);
 }
 
-// Errors of measurements count as many times as the worst of them is off, at least once.
-double MisfitFactor(const FitReport& report) {
+// What the measurements of experiments tell: their errors count as many times as the worst of them
+// is off, and a fit that is off by more than its errors, so perhaps on another branch or with a
+// model that cannot follow it, tells nothing of stretching.
+WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
+  constexpr double kTrusted = 1.5;  // sigma
   double worst = 1.0;
   for (const MeasurementReport& each : report.measurements) worst = std::max(worst, each.misfit);
-  return worst;
+  const Eigen::Index rows = jacobian.rows();
+  return {.jacobian = std::move(jacobian),
+          .outline_rows = rows,
+          .outline_weight = 1.0 / (worst * worst),
+          .tell_stretching = worst <= kTrusted};
 }
 
 // How well the fitted cloth is known: by the Laplace approximation at its one table, with the
@@ -181,10 +188,7 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
                        .outline_rows = std::min<Eigen::Index>(
                            jacobian.rows(), problem.observations.size() * spec.observation.angles),
                        .outline_weight = sigma_ratio * sigma_ratio * independent};
-  if (FindExperiment(problem) != nullptr) {
-    rows.jacobian /= MisfitFactor(report);
-    rows.outline_rows = 0;
-  }
+  if (FindExperiment(problem) != nullptr) rows = ExperimentRows(report, jacobian);
   Judgement judge =
       JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows, spec.stages.prior_sigma);
   const LogQuantity stretch = [&](const MaterialField& tables) {
@@ -224,19 +228,20 @@ Eigen::MatrixXd ProjectOut(const Eigen::MatrixXd& jacobian, Eigen::Index others,
 void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
   const auto others = static_cast<Eigen::Index>(problem.fitted.size());
-  const Eigen::MatrixXd jacobian =
-      ProjectOut(fit.jacobian / MisfitFactor(report), others, spec.stages.prior_sigma);
+  const Eigen::MatrixXd jacobian = ProjectOut(fit.jacobian, others, spec.stages.prior_sigma);
   const Eigen::MatrixXd tie =
       TyingMatrix(ParseName<ParameterTying>(std::to_string(jacobian.cols()), "num_parameters"));
+  const WeightedRows rows = problem.further.empty() ? WeightedRows{.jacobian = jacobian}
+                                                    : ExperimentRows(report, jacobian);
   MakeSheets(spec, problem.strips,
-             JudgeByLaplace(report.material, tie, {.jacobian = jacobian}, spec.stages.prior_sigma),
-             report);
+             JudgeByLaplace(report.material, tie, rows, spec.stages.prior_sigma), report);
 }
 
 // Damping and drag with the deviation of their logarithms by the Laplace approximation.
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
-  const Eigen::MatrixXd jacobian = report.lab_fit->jacobian / MisfitFactor(report);
+  const WeightedRows rows = ExperimentRows(report, report.lab_fit->jacobian);
+  const Eigen::MatrixXd jacobian = rows.jacobian * std::sqrt(rows.outline_weight);
   Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   information.diagonal().array() += 1.0 / (spec.stages.prior_sigma * spec.stages.prior_sigma);
   const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();

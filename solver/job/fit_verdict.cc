@@ -261,6 +261,7 @@ class LaplaceApproximation {
   LaplaceApproximation(const Eigen::MatrixXd& tie, const WeightedRows& rows, double prior_sigma)
       : tie_(tie),
         has_outlines_(rows.outline_rows > 0),
+        tell_stretching_(rows.tell_stretching),
         all_(rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols())),
         prior_sigma_(prior_sigma) {
     all_.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
@@ -274,7 +275,7 @@ class LaplaceApproximation {
   }
 
   // degree: of the quantity in a stiffness, whose logarithm has the model's error.
-  KnownTo Judge(const Eigen::VectorXd& shares, bool outlines_tell, double degree) const {
+  KnownTo Judge(const Eigen::VectorXd& shares, bool is_bending, double degree) const {
     const Eigen::VectorXd gradient = tie_.transpose() * shares;
     const double prior = prior_sigma_ * gradient.norm(), limit = kDetermined * prior;
     const bool by_strips = LaplaceDeviation(gradient, strips_, prior_sigma_) < limit;
@@ -284,14 +285,14 @@ class LaplaceApproximation {
         std::exp(kQuantile90 * std::hypot(deviation, by_outlines ? degree * kModelDeviation : 0.0));
     return {.low = 1 / factor,
             .high = factor,
-            .determined = by_strips || (outlines_tell && deviation < limit),
+            .determined = by_strips || ((is_bending || tell_stretching_) && deviation < limit),
             .by_outlines = by_outlines,
             .left = std::pow(deviation / prior, 2)};
   }
 
  private:
   Eigen::MatrixXd tie_;
-  bool has_outlines_;
+  bool has_outlines_, tell_stretching_;
   Eigen::MatrixXd all_, strips_;
   double prior_sigma_;
 };

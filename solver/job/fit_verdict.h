@@ -20,15 +20,18 @@ struct FitReport;
 
 inline constexpr double kReliableK = 0.7;  // of importance weights [Vehtari 2024]
 
-// The rows of a Jacobian ∂residual/∂θ, whitened by the assumed σ: of outlines, then of strips.
+// The rows of a Jacobian ∂residual/∂θ, whitened by the assumed σ: of outlines or experiments, then
+// of strips.
 struct WeightedRows {
   Eigen::MatrixXd jacobian;       // shape [K, P]; no rows: the prior alone
   Eigen::Index outline_rows = 0;  // the first of them
   double outline_weight = 1.0;    // factor on the squares of the outlines' residuals
+  bool tell_stretching = false;   // they too, as experiments do
 };
 // Judges by the Laplace approximation at a fitted table. What strips do not determine has the error
 // that fits of silhouettes had on twins (kModelDeviation), and stretching is determined by strips
-// alone. tie: T = ∂(log entries)/∂θ, shape [39, P]; prior_sigma: of each θ.
+// alone, unless `tell_stretching`. tie: T = ∂(log entries)/∂θ, shape [39, P]; prior_sigma: of each
+// θ.
 Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
                          const WeightedRows& rows, double prior_sigma);
 

@@ -17,12 +17,9 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
           "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns"),
       PathOption(
           "lab_tests", &options.lab_tests,
-          "cantilever and tensile tests of the fabric (JSON, or strips of a U3M 1.1 material; "
-          "configs/README.md), fitted alone or jointly with the images: files, folders, "
-          "patterns"),
+          "cantilever and tensile tests (JSON, U3M 1.1; configs/README.md), alone or with images"),
       PathOption("experiment", &data.experiment,
-                 "a file of experiments (configs/README.md) in place of images: cloths with "
-                 "markers, points, depth maps, silhouettes from any side, laboratory tests"),
+                 "file of markers, points, depth maps, motions (configs/README.md), alone"),
       FabricOption(&data.material),
       PathOption("other_fabrics", &data.other_materials,
                  "further start tables: images are fitted from all, and the best result is kept"),

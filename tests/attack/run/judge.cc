@@ -156,6 +156,9 @@ class Judgement {
   void JudgeError() {
     if (request_.err != Stream::kFile) return;
     std::string text = outcome_.err;
+    // Notes on unusual values precede the error.
+    for (std::size_t end; text.starts_with("note: ") && (end = text.find('\n')) != text.npos;)
+      text.erase(0, end + 1);
     const auto lines = std::count(text.begin(), text.end(), '\n');
     if (lines != 1 || text.back() != '\n')
       return Add("was refused with " + std::to_string(lines) + " lines on stderr");

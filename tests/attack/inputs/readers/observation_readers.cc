@@ -3,6 +3,7 @@
 #include <string>
 
 #include "losses/readout/observation_files.h"
+#include "solver/fit/experiment.h"
 #include "tests/attack/inputs/readers/readers.h"
 
 namespace drape::attack {
@@ -45,11 +46,41 @@ Reader MakeCloudReader(const std::string& name, const std::string& file,
           .is_json = false};
 }
 
+Reader MakeExperimentReader() {
+  const std::string motion = "/experiments/0/motion", first = "/experiments/0/measurements/0";
+  return {.name = "experiment",
+          .file = "experiment.json",
+          .content = R"({"density": 0.15, "fit": ["mass_damping"],
+              "experiments": [{"name": "swing", "mesh": "strip:0.2x0.05x4",
+                "scene": {"gravity": [0, 0, -9.81],
+                          "handles": {"vertices": [0, 5], "stiffness": 1000}},
+                "motion": {"steps": 4, "time_step": 0.02, "mass_damping": 1, "wind": [1, 0, 0]},
+                "measurements": [{"angle": 30, "tip": [4], "clamp": [0, 0, 0],
+                                  "along": [1, 0, 0], "sigma": 1, "step": 4,
+                                  "loss": {"huber": 2}}]}]})",
+          .read =
+              [](const std::string& path) {
+                const ExperimentFile read = ReadExperiments(path);
+                return read.experiments.empty() ? "read no experiment" : std::string();
+              },
+          .impossible = {{first + "/sigma", "0"},
+                         {first + "/sigma", "-1"},
+                         {first + "/step", "5"},
+                         {first + "/angle", "200"},
+                         {first + "/along", "[0, 0, 1]"},
+                         {motion + "/steps", "0"},
+                         {motion + "/time_step", "0"},
+                         {motion + "/mass_damping", "0"},
+                         {motion + "/mass_damping", "-1"},
+                         {"/density", "120"}}};
+}
+
 }  // namespace
 
 std::vector<Reader> MakeObservationReaders() {
   const std::string depth_map(reinterpret_cast<const char*>(kDepthMap), sizeof kDepthMap);
   return {
+      MakeExperimentReader(),
       MakeMarkerReader("markers", "weft_m,warp_m,x_m,y_m,z_m\n0,0.1,0.1,0.2,0\n0.1,0,0.3,0,-0.1\n"),
       MakeMarkerReader("vertex markers", "vertex;x_m;y_m;z_m\n0;0,1;0,2;0\n3;0,3;0;-0,1\n"),
       MakeCloudReader("cloud", "cloud.csv", "x,y,z\n0,0.1,0.2\n0.1,0.2,0\n0,0,-0.1\n"),
