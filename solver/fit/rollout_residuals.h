@@ -119,8 +119,8 @@ struct RolloutBlock {
 
 // Evaluates the residuals of all blocks at one θ: one material. The runs of a backend are one batch
 // before Ceres calls the cost functions. A block takes adjoints where it has fewer residuals than
-// half the entries of a table, since tangents also predict shapes, or where each element has a table
-// (SolveMode::kStatic only); else tangents.
+// half the entries of a table, since tangents also predict shapes, or where each element has a
+// table (SolveMode::kStatic only); else tangents.
 class RolloutResiduals : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object. Many drapes are stable, and the start of a run says which of them

@@ -23,12 +23,10 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
       FabricOption(&data.material),
       PathOption("other_fabrics", &data.other_materials,
                  "further start tables: images are fitted from all, and the best result is kept"),
-      Usual(NumberOption(
-                "density", &data.density, 0, 10,
-                "areal density of the fabric, as weighed; 0: that of the lab_tests, or of "
-                "`fabric`, with a warning that stiffnesses are in proportion to it; with --data "
-                "the published one",
-                "kg/m2"),
+      Usual(NumberOption("density", &data.density, 0, 10,
+                         "areal density of the fabric, as weighed; 0: that of lab_tests, the data "
+                         "set or `fabric`",
+                         "kg/m2"),
             0.01, 1.5),
       PathOption("ground_truth", &data.ground_truth,
                  "tables that the images were made with, to be compared with the result"),
