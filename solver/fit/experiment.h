@@ -22,11 +22,11 @@ namespace drape {
 // Numbers that were measured of a cloth, whatever mesh simulates it.
 struct Measurement {
   std::string name;  // "markers of corners.csv"
-  // What reads them of a shape of a mesh, which outlives the readout.
+  // Makes the readout of a mesh, which outlives it.
   std::function<std::shared_ptr<const Readout>(const Mesh& mesh)> readout;
   Eigen::VectorXd data = {};  // in the unit of the readout, shape [K]; empty: all are zero
   double sigma = 1.0;         // standard deviation of a number, in that unit
-  // Of the squared norm of each group of numbers (Readout::group) by sigma²; none: its square.
+  // Takes the squared norm of each group of residuals (Readout::group); none: its square counts.
   std::shared_ptr<ceres::LossFunction> loss = {};
   int step = 0;  // of a moving cloth: after so many time steps
 };
@@ -41,8 +41,8 @@ struct Experiment {
   // flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = 2;
-  // Of a moving cloth, which begins at its start with this velocity [m/s], shape [3V]: time steps,
-  // with the steps that are seen as frames. None: the cloth is at rest.
+  // Time steps of a moving cloth, with the steps that are seen as frames; it begins at its start
+  // with this velocity [m/s], shape [3V]. None: the cloth is at rest.
   std::optional<RolloutOptions> motion = {};
   Eigen::VectorXd velocity = {};  // empty: none
   Dynamics dynamics = {};         // damping and air; where fitted, before the fit
@@ -54,7 +54,7 @@ State MakeStart(const Experiment& experiment, const ClothModel& model, int numbe
 std::vector<double> ListStarts(const Experiment& experiment);
 int StartNumber(const Experiment& experiment, double lift);
 
-// What is read of simulated cloths, beside what was measured. Residuals: (read − data)/sigma.
+// Readings of simulated cloths beside what was measured. Residuals: (read − data)/sigma.
 struct Sight {
   // One for each run of a block, on its mesh; the mean of their readings counts.
   std::vector<std::shared_ptr<const Readout>> readouts;
@@ -72,8 +72,8 @@ std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::Ve
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian);
 
-// How far a shape at rest is from what was measured: √(Σ ρ/N) of N independent residuals, 1 where
-// they are as large as their standard deviations. Nothing where the shape cannot be read.
+// The distance of a shape at rest from what was measured: √(Σ ρ/N) of N independent residuals, 1
+// where they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
                              const Eigen::VectorXd& x);
 // N (Readout::num_independent).

@@ -77,7 +77,7 @@ struct TrustRegionRun {
 struct FitSummary : TrustRegionRun {
   Eigen::VectorXd theta;  // best point
   RolloutCounts counts;
-  // Of all blocks at the best point (RolloutResiduals::Point), shape [N, P].
+  // RolloutResiduals::Point::jacobian at the best point, shape [N, P].
   Eigen::MatrixXd jacobian;
 };
 

@@ -41,7 +41,7 @@ struct Observation {
   std::optional<PhotographNotes> photograph;  // from which the silhouette is, by the camera's file
   std::optional<int> warp = {};               // its angle in the image [degrees]; none: not known
   ClothPose pose = {};
-  // What was measured in place of a silhouette; all but the name then has no meaning.
+  // Measurements in place of a silhouette; all but the name then has no meaning.
   std::shared_ptr<const Experiment> experiment = {};
 
   // Positions of the cloth's frame as the image has them, shape [3V].

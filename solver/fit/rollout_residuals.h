@@ -148,8 +148,8 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   bool all_valid() const;
   // Whether the drapes of a block were.
   bool valid(int block) const { return evaluations_[block].valid; }
-  // Of a valid block at the last evaluation, shape [num_residuals() of it], and their derivatives,
-  // where it had some, shape [num_residuals() of it, P].
+  // Residuals of a valid block at the last evaluation, shape [num_residuals() of it], and their
+  // derivatives, where it had some, shape [num_residuals() of it, P].
   const Eigen::VectorXd& residual(int block) const { return evaluations_[block].residual; }
   const RowMatrix& jacobian(int block) const { return evaluations_[block].jacobian; }
   // ½ Σ residual² of a valid block, or of the losses.
@@ -162,7 +162,8 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   struct Point {
     Eigen::VectorXd theta;
     double cost = 0.0;  // ½ Σ residual², or of the losses
-    // By block and run [m], shape [3V]; its derivative where found by tangents, shape [3V, P].
+    // Shapes by block and run [m], shape [3V]; its derivative where found by tangents, shape [3V,
+    // P].
     std::vector<std::vector<Eigen::VectorXd>> x;
     std::vector<std::vector<RowMatrix>> x_by_theta;
     // All blocks, shape [N], [N, P]. Where a block has a loss ρ, rows of a group are weighted by
@@ -227,7 +228,7 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   void FindDerivatives(const Batch& batch);
   void FindTangents(const Batch& batch);
   void FindAdjoints(const Batch& batch);
-  // By the residuals of a block from its shape; nothing where that cannot be read.
+  // Seeds by the residuals of a block from its shape; nothing where that cannot be read.
   std::optional<RowMatrix> AdjointSeeds(const Place& place) const;
   void AddAdjoint(int block, const MaterialGradient& gradient);
   void FillResidual(int block, bool with_jacobian);

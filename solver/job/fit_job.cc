@@ -161,18 +161,18 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
   report.linear_sheet = MakeLinearSheet(input, judge);
 }
 
-// What the measurements of experiments tell: their errors count as many times as the worst of them
-// is off, and a fit that is off by more than its errors, so perhaps on another branch or with a
-// model that cannot follow it, tells nothing of stretching.
+// The rows of experiments: errors count as many times as the worst measurement is off. A fit that
+// is off by more than its errors, so perhaps on another branch, has none: it leaves the prior.
 WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
   constexpr double kTrusted = 1.5;  // sigma
   double worst = 1.0;
   for (const MeasurementReport& each : report.measurements) worst = std::max(worst, each.misfit);
+  if (worst > kTrusted) return {};
   const Eigen::Index rows = jacobian.rows();
   return {.jacobian = std::move(jacobian),
           .outline_rows = rows,
           .outline_weight = 1.0 / (worst * worst),
-          .tell_stretching = worst <= kTrusted};
+          .tell_stretching = true};
 }
 
 // How well the fitted cloth is known: by the Laplace approximation at its one table, with the
@@ -241,9 +241,11 @@ void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport&
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
   const WeightedRows rows = ExperimentRows(report, report.lab_fit->jacobian);
-  const Eigen::MatrixXd jacobian = rows.jacobian * std::sqrt(rows.outline_weight);
-  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-  information.diagonal().array() += 1.0 / (spec.stages.prior_sigma * spec.stages.prior_sigma);
+  const Eigen::Index count = report.lab_fit->jacobian.cols();
+  Eigen::MatrixXd information =
+      Eigen::MatrixXd::Identity(count, count) / std::pow(spec.stages.prior_sigma, 2);
+  if (rows.jacobian.size() > 0)
+    information += rows.outline_weight * rows.jacobian.transpose() * rows.jacobian;
   const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
   Dynamics fitted = problem.material.dynamics;
   const Eigen::Index first = deviation.size() - static_cast<Eigen::Index>(problem.fitted.size());

@@ -71,8 +71,8 @@ struct MeasurementReport {
   // Root mean square of their residuals, as their loss counts them, and the largest [sigma].
   double misfit = 0.0, largest = 0.0;
 };
-// Of all experiments, also those whose branch was not searched. shapes: of the observations. Left
-// out is what cannot be read.
+// Reports all experiments, also those whose branch was not searched. shapes: of the observations.
+// Left out is what cannot be read.
 std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                                                   const std::vector<Eigen::VectorXd>& shapes,
                                                   const MaterialField& material);

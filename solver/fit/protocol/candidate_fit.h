@@ -62,7 +62,7 @@ class CandidateFitter {
   // Empty where a shape has no outline.
   std::vector<double> ListProfileRms(const FitCandidate& candidate) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
-  // Of all observations, then of FurtherBlocks.
+  // Blocks of all observations, then FurtherBlocks.
   RolloutResiduals Residuals(const TableParametrisation& parametrisation,
                              const FitCandidate& candidate) const;
   FitOptions MakeFitOptions() const;

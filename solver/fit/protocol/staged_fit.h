@@ -129,7 +129,7 @@ std::vector<Observation> LaidObservations(const FitProblem& problem, const FitCa
 const Experiment* FindExperiment(const FitProblem& problem);
 // The unit of misfits: px of outlines, sigma of experiments.
 const char* MisfitUnit(const FitProblem& problem);
-// What is fitted beside the observations: strips, then further experiments.
+// Blocks beside the observations: strips, then further experiments.
 std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem, const std::atomic<bool>* cancel);
 
 // The tables of a candidate.
