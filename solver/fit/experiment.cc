@@ -200,7 +200,7 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
 // A name that files can have.
 std::string ReadName(const JsonInput& input) {
   constexpr std::size_t kLongest = 64;
-  const std::string name = input.String();
+  std::string name = input.String();
   const bool is_plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-';
   });
