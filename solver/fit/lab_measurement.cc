@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "physics/material/material_scaling.h"
 #include "physics/simulation/textbook.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
