@@ -74,7 +74,7 @@ void Deviations(const FieldTerm::Basis& a, const Eigen::MatrixXd& jacobian, Eige
 }
 
 // Squared singular values of the Jacobian above those of a unit prior.
-int DeterminedDirections(const Eigen::MatrixXd& jacobian) {
+int CountDetermined(const Eigen::MatrixXd& jacobian) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> squares(jacobian * jacobian.transpose(),
                                                                Eigen::EigenvaluesOnly);
   return static_cast<int>((squares.eigenvalues().array() > 1.0).count());
@@ -293,7 +293,7 @@ class FieldFitter {
     if (fit.summary.termination == FitTermination::kFailed) return fit;
     fit.material = parametrisation_.Material(fit.summary.theta);
     for (const State& drape : best_drapes_) fit.shapes.push_back(drape.x);
-    fit.determined = DeterminedDirections(fit.summary.jacobian);
+    fit.determined = CountDetermined(fit.summary.jacobian);
     Deviations(parametrisation_.MeanLogFactor(ElementKind::kFaces), fit.summary.jacobian,
                &fit.prior_face, &fit.posterior_face);
     Deviations(parametrisation_.MeanLogFactor(ElementKind::kHinges), fit.summary.jacobian,

@@ -9,6 +9,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/util/math/statistics.h"
+#include "solver/fit/strips.h"
 #include "solver/prediction/exchange/exchange_record.h"
 #include "solver/prediction/prediction.h"
 

@@ -9,7 +9,7 @@
 
 #include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
-#include "solver/prediction/generative/drape_pool.h"
+#include "solver/forward/drape_pool.h"
 
 namespace drape {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/generative/drape_pool.h"
+#include "solver/forward/drape_pool.h"
 
 #include <glog/logging.h>
 
@@ -85,13 +85,14 @@ DrapeShape Rounded(DrapeShape shape) {
 }
 
 // None where the camera sees no drape, as of the prediction.
-std::optional<DrapeShape> See(const ClothModel& model, const SettledDrape& settled) {
+std::optional<DrapeShape> See(const ClothModel& model, const SettledDrape& settled,
+                              const DrapeDiscs& discs) {
   if (!settled.IsUsable(SolveMode::kStatic)) return {};
   const Eigen::VectorXd& x = settled.rest.x;
   if (CountSelfIntersections(model.mesh, x) > 0) return {};
   try {
     return Rounded(ComputeDrapeShape(
-        ObserveSurface({x, ListTriangles(model.mesh)}, Camera(), DrapeDiscs(), "drape")));
+        ObserveSurface({x, ListTriangles(model.mesh)}, CameraAbove(discs), discs, "drape")));
   } catch (const InputError&) {  // an outline with gaps
     return {};
   }
@@ -260,6 +261,14 @@ DrapePool Join(DrapePool pool, const DrapePool& further) {
   return pool;
 }
 
+PooledSpecimen MakePooledSpecimen(const PoolRound& from, uint64_t seed, int i) {
+  const uint64_t own = SeedOfStream(seed, static_cast<uint64_t>(i));
+  PooledSpecimen specimen{RoundNumbers(from, i, SeedOfStream(own, kPoolNumbers)), {}};
+  for (double& number : specimen.numbers) number = Rounded(number);
+  specimen.start = SpecimenStart(specimen.numbers, SeedOfStream(own, kPoolStart));
+  return specimen;
+}
+
 DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control,
                        DrapePool begun) {
   const ClothModel& model = backend.model();
@@ -271,12 +280,10 @@ DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunCo
   std::vector<SpecimenNumbers> numbers;
   const auto task = [&](int further) {
     const int i = first + further;
-    const uint64_t seed = SeedOfStream(options.seed, static_cast<uint64_t>(i));
-    numbers.push_back(RoundNumbers(options.from, i, SeedOfStream(seed, kPoolNumbers)));
-    for (double& number : numbers.back()) number = Rounded(number);
-    DrapeTask drape{SpecimenMaterial(numbers.back()), model.RestState()};
-    drape.start.x = ApplyStartShape(model.mesh, DrapeDiscs().support,
-                                    SpecimenStart(numbers.back(), SeedOfStream(seed, kPoolStart)));
+    const PooledSpecimen specimen = MakePooledSpecimen(options.from, options.seed, i);
+    numbers.push_back(specimen.numbers);
+    DrapeTask drape{SpecimenMaterial(specimen.numbers), model.RestState()};
+    drape.start.x = ApplyStartShape(model.mesh, options.discs.support, specimen.start);
     return drape;
   };
   SettleOptions settle = options.settle;
@@ -287,7 +294,7 @@ DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunCo
   const auto see = [&] {
     std::vector<std::optional<DrapeShape>> seen(batch.size());
     RunInThreads(static_cast<int>(batch.size()), backend.threads(), nullptr,
-                 [&](int i) { seen[i] = See(model, batch[i]); });
+                 [&](int i) { seen[i] = See(model, batch[i], options.discs); });
     for (std::size_t i = 0; i < seen.size(); ++i)
       if (seen[i]) pool.drapes.push_back({numbers[pool.simulated - first + i], *seen[i]});
     pool.simulated += static_cast<int>(batch.size());
@@ -334,8 +341,13 @@ bool IsPossible(const PooledDrape& drape) {
                   folds < kMostFolds && std::abs(folds - std::round(folds)) < 1e-6 &&
                   features.tail<kNumBands>().minCoeff() >= 0 &&
                   drape.shape.radius.minCoeff() >= least && drape.shape.radius.maxCoeff() <= most;
-  for (int k = 0; k < kSpecimenNumbers; ++k)
-    possible = possible && Within(NumberRanges()[k], drape.numbers[k]);
+  // Rounding moves a number at the end of its range across it.
+  constexpr double kRounding = 1e-6;
+  for (int k = 0; k < kSpecimenNumbers; ++k) {
+    const NumberRange& range = NumberRanges()[k];
+    possible = possible && range.low - kRounding <= drape.numbers[k] &&
+               drape.numbers[k] <= range.high + kRounding;
+  }
   return possible;
 }
 

@@ -132,12 +132,20 @@ struct DrapePool {
 };
 
 struct PoolOptions {
-  std::string mesh;  // its name or file (ParseMeshSpec), which the backend has
+  std::string mesh;       // its name or file (ParseMeshSpec), which the backend has
+  DrapeDiscs discs = {};  // of the cloth
   int drapes = 4096;
   uint64_t seed = 1;
   PoolRound from = {};  // its count is not used
   SettleOptions settle = {.steps = {.h = 0.1, .steps = 100}};
 };
+
+// Drape i of a pool of this seed, drawn from all of NumberRanges: its specimen and start shape.
+struct PooledSpecimen {
+  SpecimenNumbers numbers;
+  StartShape start;
+};
+PooledSpecimen MakePooledSpecimen(const PoolRound& from, uint64_t seed, int i);
 
 // Drape by drape, each a function of the seed and its index, after those that `begun`, a pool of
 // the same options, has; independent of the threads. Fewer when control.cancel turns true.
