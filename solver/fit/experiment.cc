@@ -242,13 +242,21 @@ void SortFrames(std::vector<int>& frames) {
   frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
 }
 
+Mesh ReadMesh(const JsonInput& input, const std::string& folder) {
+  const std::string mesh = input.String();
+  const bool is_file = mesh.find(':') == std::string::npos;
+  try {
+    return ParseMeshSpec(is_file ? ResolvePath(input, folder) : mesh);
+  } catch (const InputError& error) {
+    throw InputError(input.Name(), error.what());
+  }
+}
+
 Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "motion", "measurements"});
   Experiment experiment;
   if (input.Has("name")) experiment.name = ReadName(input.At("name"));
-  const std::string mesh = input.At("mesh").String();
-  experiment.mesh = ParseMeshSpec(
-      mesh.find(':') == std::string::npos ? ResolvePath(input.At("mesh"), folder) : mesh);
+  experiment.mesh = ReadMesh(input.At("mesh"), folder);
   const JsonInput scene = input.At("scene");
   experiment.scene =
       scene.value().is_string() ? ReadScene(ResolvePath(scene, folder)) : ReadScene(scene, folder);

@@ -106,6 +106,9 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
                      "at least one experiment");
   EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": [{"name": "../x"}]})")),
                      "name");
+  EXPECT_INPUT_ERROR(
+      ReadExperiments(Write("e.json", R"({"experiments": [{"mesh": "strip:0.2.x005x4"}]})")),
+      "e.json: key 'experiments[0].mesh': strip:0.2.x005x4");
 }
 
 // A cost with a loss is what Ceres makes of it: from far outliers the fit turns away.
