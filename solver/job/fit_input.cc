@@ -27,6 +27,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
+#include "solver/fit/protocol/pool_start.h"
 #include "solver/forward/settle.h"
 #include "solver/posterior/space/space_io.h"
 
@@ -237,6 +238,45 @@ void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
 }
 
+// Whether all that the tables say beside the density is fitted, so that other tables can start.
+bool FitsWholeTables(TableForm form, ParameterTying parameters) {
+  return (form == TableForm::kGiven && parameters == ParameterTying::kEntries) ||
+         (form == TableForm::kLinear && parameters == ParameterTying::kColumns) ||
+         (form == TableForm::kIsotropic && parameters == ParameterTying::kScales);
+}
+
+// Lets images start from a pool, where there is one for their discs and what is fitted is not held
+// by the start tables. Who gives guesses of a grid gets the grid.
+void UsePool(const FitSpec& spec, FitInput* input) {
+  FitProblem& problem = input->problem;
+  const InitialGuessOptions& grid = spec.stages.grid;
+  const InitialGuessOptions usual;
+  const bool is_pooled =
+      spec.start_pool && !problem.observations.empty() && problem.other_materials.empty() &&
+      !input->strips && FitsWholeTables(spec.table_form, spec.stages.parameters) &&
+      spec.law == LawKind::kSmooth && spec.contact.model == ContactModel::kNone &&
+      spec.stages.residuals.solve_mode == SolveMode::kStatic && grid.stretch == usual.stretch &&
+      grid.bend == usual.bend && grid.lifts == usual.lifts;
+  const OutlinePool* pool = is_pooled ? FindBuiltInPool(input->discs) : nullptr;
+  if (pool == nullptr) return;
+  constexpr int kSettled = 2;  // for each that is fitted
+  std::vector<MaterialField> tables = ListPooledTables(
+      *pool, problem.observations, kSettled * spec.stages.candidates_per_round.front(),
+      problem.material.density);
+  if (tables.empty()) return;
+  for (MaterialField& each : tables) each = InForm(std::move(each), spec.table_form);
+  problem.is_pooled = true;
+  problem.mirrors = false;
+  problem.material = tables.front();
+  problem.other_materials.assign(tables.begin() + 1, tables.end());
+  problem.simpler_models.clear();
+  if (spec.simpler_models && spec.stages.parameters == ParameterTying::kEntries)
+    problem.simpler_models = {{TableForm::kLinear, ParameterTying::kColumns}};
+}
+
+// A branch that is found on a coarser mesh is often lost on a finer one.
+constexpr char kPooledSearchMesh[] = "disc:1200";
+
 // Where what is fitted shows stiffness over weight. A tensile test does not.
 void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* input) {
   const bool weighs =
@@ -272,7 +312,9 @@ void MakeBackends(const FitSpec& spec, FitInput* input) {
   input->coarse = MakeCloth(spec, input->discs, spec.coarse_mesh, nullptr);
   input->problem.fine = input->fine.backend.get();
   input->problem.coarse = input->coarse.backend.get();
-  for (const std::string& mesh : SearchMeshes(spec, input->discs, &input->notes)) {
+  FitSpec searched = spec;
+  if (input->problem.is_pooled) searched.search_mesh = kPooledSearchMesh;
+  for (const std::string& mesh : SearchMeshes(searched, input->discs, &input->notes)) {
     input->search.push_back(MakeCloth(spec, input->discs, mesh, nullptr));
     input->problem.search.push_back(input->search.back().backend.get());
   }
@@ -452,6 +494,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
     problem.other_materials.push_back(prepare(std::move(other), problem.material.density));
   if (spec.simpler_models)
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
+  UsePool(spec, &input);
   NoteDensity({}, &input);
   input.prior = ReadPrior(spec, problem.material.density);
   MakeBackends(spec, &input);
@@ -588,6 +631,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   input.prior = ReadPrior(spec, input.problem.material.density);
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
+  UsePool(spec, &input);
   if (!input.problem.observations.empty()) MakeBackends(spec, &input);
   input.files = record.files();
   return input;

@@ -308,7 +308,9 @@ ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const St
   return json;
 }
 
-ordered_json GuessJson(const FitData& data, const InitialGuess& guess) {
+ordered_json GuessJson(const FitData& data, const FitProblem& problem, const InitialGuess& guess) {
+  if (problem.is_pooled)
+    return {{"pooled_drape", guess.table + 1}, {"of", problem.other_materials.size() + 1}};
   return {{"material", guess.table == 0 ? data.material : data.other_materials[guess.table - 1]},
           {"stretch", guess.stretch},
           {"bend", guess.bend},
@@ -438,7 +440,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   if (!problem.simpler_models.empty())
     json["simpler_models"] = SimplerModelsJson(problem, state, *best);
   json["meshes"] = MeshesJson(spec, problem, state, report);
-  json["initial_guess"] = GuessJson(data, best->guess);
+  json["initial_guess"] = GuessJson(data, problem, best->guess);
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);

@@ -56,6 +56,9 @@ struct FitSpec {
   TableForm table_form = TableForm::kGiven;
   // Images: the models that the fitted one contains are fitted first (RunNestedFit).
   bool simpler_models = true;
+  // Images: start from the drapes of a pool that are like them, where there is one for these discs
+  // and all entries are fitted (P76); else from the start tables, by a grid (P18).
+  bool start_pool = true;
   // space.json (ReadSpacePrior): the prior of a fabric in place of one about the initial guess; of
   // kBayes. Empty: none.
   std::string prior;
@@ -76,8 +79,8 @@ inline FitSpec FitSpecWithThreads(int threads) {
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [model, mesh, search_mesh, coarse_mesh, law, contact, observation, stages,
-         min_relative_stiffness, table_form, simpler_models, prior, backend, threads, fields,
-         posterior] = options;
+         min_relative_stiffness, table_form, simpler_models, start_pool, prior, backend, threads,
+         fields, posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -116,6 +119,10 @@ void VisitFields(Options& options, Visitor&& visit) {
               .doc = "fit images by the models that this one contains first (isotropic 2 numbers, "
                      "linear 7, nonlinear 7, 39) and start also from the best of them, so that "
                      "more numbers never fit worse"});
+  visit(start_pool,
+        Field{.key = "start_pool",
+              .doc = "images of discs of 30 cm on 18 cm, all entries: start from those of 16,000 "
+                     "random drapes that are like them, not from the start tables by a grid"});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }

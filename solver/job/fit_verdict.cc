@@ -12,6 +12,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/staged_fit.h"
+#include "solver/forward/drape_pool.h"
 #include "solver/forward/settle.h"
 #include "solver/job/fit_report.h"
 
@@ -387,7 +388,17 @@ Bound FindBendBound(const FitProblem& problem, const FitReport& report,
   constexpr double kHeld = 0.1;  // of the variance of the prior
   if (LeastRigidityOfFlat(problem, report) > 0.0) return Bound::kAtLeast;
   const auto [least, most] = std::minmax_element(grid.bend.begin(), grid.bend.end());
-  if (left < kHeld || *least == *most) return Bound::kNone;
+  if (left < kHeld) return Bound::kNone;
+  if (problem.is_pooled) {
+    constexpr double kEdge = 0.1;  // of the logarithm
+    const MaterialField& start = ListStartTables(problem).at(guess.table);
+    const double log_length = std::log(BendingLength(MeanBend(start.bend.front()), start.density));
+    const NumberRange& range = NumberRanges()[kLogBendingLength];
+    return log_length > range.high - kEdge  ? Bound::kAtLeast
+           : log_length < range.low + kEdge ? Bound::kAtMost
+                                            : Bound::kNone;
+  }
+  if (*least == *most) return Bound::kNone;
   return guess.bend >= *most    ? Bound::kAtLeast
          : guess.bend <= *least ? Bound::kAtMost
                                 : Bound::kNone;

@@ -67,6 +67,16 @@ double ExpectTime(const FitProblem& problem, int part) {
 StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part) {
   StagedFitOptions own = options;
   if (part < CountSimpler(problem)) own.parameters = problem.simpler_models[part].parameters;
+  if (problem.is_pooled) {
+    own.grid.lifts = {1.0};
+    if (CountParts(problem) == 1) return own;
+    const std::size_t last = options.iterations.size() - 1,
+                      round = part + 1 == CountParts(problem) ? last
+                                                              : std::min<std::size_t>(part, last);
+    own.candidates_per_round = {options.candidates_per_round[round]};
+    own.iterations = {options.iterations[round]};
+    return own;
+  }
   if (problem.search.empty() || part < CountSimpler(problem)) return own;
   const int carried = std::min(kCarried, options.candidates_per_round.front());
   if (IsOnFinerMesh(problem, part)) {
@@ -146,12 +156,34 @@ class NestedFitter {
       if (control_.cancelled() || next.candidates.empty()) return std::nullopt;
       return next;
     }
+    if (problem_.is_pooled) {
+      next.candidates = ListBest(done, next.parts_done);
+      next.grid_done = true;
+      if (next.candidates.empty()) return std::nullopt;
+      for (FitCandidate& each : next.candidates)
+        each = AsStart(each, PartOptions(problem_, options_, done.parts_done),
+                       PartOptions(problem_, options_, next.parts_done).parameters);
+      return next;
+    }
     const FitCandidate* best = Best(done);
     if (best == nullptr && done.carried) best = &*done.carried;
     if (best == nullptr) return next;
     next.carried = AsStart(*best, PartOptions(problem_, options_, done.parts_done),
                            PartOptions(problem_, options_, next.parts_done).parameters);
     return next;
+  }
+
+  // The candidates of a part that has ended which go on in part `next`: of a pool as many as it
+  // fits, by cost.
+  std::vector<FitCandidate> ListBest(const StagedFitState& done, int next) const {
+    std::vector<FitCandidate> best = done.candidates;
+    std::erase_if(best, [](const FitCandidate& each) { return !each.valid(); });
+    if (!problem_.is_pooled) return best;
+    std::stable_sort(best.begin(), best.end(),
+                     [](const FitCandidate& a, const FitCandidate& b) { return a.cost < b.cost; });
+    const int wanted = PartOptions(problem_, options_, next).candidates_per_round.front();
+    if (int(best.size()) > wanted) best.resize(wanted);
+    return best;
   }
 
   StagedFitState WithResults(const StagedFitState& done) const {
@@ -174,8 +206,7 @@ class NestedFitter {
     const StagedFitOptions options = PartOptions(problem_, options_, next->parts_done);
     const Mesh& from = MeshOfPart(problem_, done.parts_done)->model().mesh;
     std::vector<CandidateTask> tasks;
-    for (const FitCandidate& candidate : done.candidates) {
-      if (!candidate.valid()) continue;
+    for (const FitCandidate& candidate : ListBest(done, next->parts_done)) {
       CandidateTask& task = tasks.emplace_back();
       task.index = static_cast<int>(tasks.size()) - 1;
       task.candidate = AsCarried(candidate);

@@ -72,7 +72,10 @@ class StagedFitter {
     while (!Finished(state) && !Cancelled()) {
       lap_ = std::chrono::steady_clock::now();
       if (!state.grid_done) {
-        RunGrid(state);
+        if (problem_.is_pooled)
+          TakePooled(state);
+        else
+          RunGrid(state);
         state.grid_seconds += Lap();
         Save(state);
       } else {
@@ -96,6 +99,15 @@ class StagedFitter {
   double Lap() {
     const auto before = std::exchange(lap_, std::chrono::steady_clock::now());
     return std::chrono::duration<double>(lap_ - before).count();
+  }
+
+  // A guess for each start table.
+  void TakePooled(StagedFitState& state) const {
+    const auto tables = static_cast<int>(ListStartTables(problem_).size());
+    for (int table = 0; table < tables; ++table)
+      state.candidates.emplace_back().guess = {
+          .table = table, .lifts = std::vector<double>(problem_.observations.size(), 1.0)};
+    state.grid_done = true;
   }
 
   void RunGrid(StagedFitState& state) {
@@ -161,13 +173,15 @@ class StagedFitter {
   }
 
   // The next candidates with drapes of their own, enough to fill the first round if all succeed. No
-  // guess is settled that fitting one candidate after the other would not have reached.
+  // guess is settled that fitting one candidate after the other would not have reached; those of a
+  // pool are all settled, and the nearest are taken.
   std::vector<CandidateTask> SettledGuesses(StagedFitState& state) {
     std::vector<CandidateTask> settled;
     for (int next = 0; !Cancelled();) {
       const int wanted =
           CountWanted(options_, state) - SucceededCandidates(state) - int(settled.size());
-      std::vector<CandidateTask> work = Open(state, next, wanted);
+      std::vector<CandidateTask> work =
+          Open(state, next, problem_.is_pooled ? int(state.candidates.size()) : wanted);
       if (work.empty()) break;
       next = work.back().index + 1;
       RunSideBySide(work, 0,
@@ -184,7 +198,24 @@ class StagedFitter {
         }
       }
     }
+    if (problem_.is_pooled) KeepNearest(state, settled);
     return settled;
+  }
+
+  // Finishes all guesses but the nearest that the round still needs.
+  void KeepNearest(StagedFitState& state, std::vector<CandidateTask>& settled) {
+    const int wanted = CountWanted(options_, state) - SucceededCandidates(state);
+    if (Cancelled() || int(settled.size()) <= wanted || settled.front().candidate.is_carried)
+      return;
+    std::stable_sort(settled.begin(), settled.end(),
+                     [](const CandidateTask& a, const CandidateTask& b) {
+                       return a.candidate.guess_rms < b.candidate.guess_rms;
+                     });
+    for (auto it = settled.begin() + wanted; it != settled.end(); ++it) {
+      it->candidate.shapes.clear();
+      Finish(state, *it);
+    }
+    settled.resize(wanted);
   }
 
   // Guesses of one material with different lifts often settle into the same drape.
@@ -287,9 +318,10 @@ FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options
   const double coarse_step = ExpectStepTime(problem.coarse->model().mesh.num_vertices(),
                                             problem.fine->model().mesh.num_vertices());
   FitWork work;
-  work.initial_guesses =
-      Elapsed(count(grid.stretch) * count(grid.bend) * count(grid.lifts) * images, threads,
-              coarse_step * grid.steps);
+  if (!problem.is_pooled)
+    work.initial_guesses =
+        Elapsed(count(grid.stretch) * count(grid.bend) * count(grid.lifts) * images, threads,
+                coarse_step * grid.steps);
   const double settle = options.residuals.rollout.steps + kNewtonSteps;
   const double iteration =
       kEvaluationSteps + kStepsPerParameter * std::stoi(ToString(options.parameters));

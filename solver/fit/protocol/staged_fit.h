@@ -45,6 +45,10 @@ struct FitProblem {
   std::vector<TableModel> simpler_models = {};
   std::vector<Observation> observations;
   bool mirrors = true;  // each may be seen on the cloth's mirror image
+  // The start tables are of drapes of a pool that are like the images (ListPooledTables): they are
+  // settled and ranked themselves, in place of a grid; where there are parts, each has one round
+  // [METHODS, P76].
+  bool is_pooled = false;
   // The specimen of each observation, from 1 without gaps; empty: each shows its own.
   std::vector<int> specimens = {};
   const Strips* strips = nullptr;  // laboratory measurements, fitted jointly where given
@@ -55,8 +59,9 @@ struct FitProblem {
 
 struct StagedFitOptions {
   InitialGuessOptions grid;
-  // Candidates fitted in each round. A first number above the count of stretch × bend factors
-  // refines the grid (Refined): guesses of one material with other lifts often are the same.
+  // Candidates fitted in each round, from a pool in each part. A first number above the count of
+  // stretch × bend factors refines the grid (Refined): guesses of one material with other lifts
+  // often are the same.
   std::vector<int> candidates_per_round = {5, 2, 1};
   std::vector<int> iterations = {5, 8, 40};  // of Ceres for each of them
   ParameterTying parameters = ParameterTying::kEntries;

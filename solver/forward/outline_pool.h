@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/mesh/disc.h"
+#include "solver/forward/drape_pool.h"
+
+namespace drape {
+
+// A pool of simulated drapes as far as a fit starts from it [METHODS, P76]: the numbers of their
+// specimens and their outlines.
+struct OutlinePool {
+  std::string mesh, setting;  // as DrapePool
+  DrapeDiscs discs;
+  uint64_t seed = 0;
+  std::vector<SpecimenNumbers> numbers;  // to 1/65535 of their ranges
+  std::vector<Eigen::VectorXd> radius;   // [m], shape [kPoolAngles]; to kPackedRadius
+
+  int num_drapes() const { return static_cast<int>(numbers.size()); }
+};
+inline constexpr double kPackedRadius = 2e-5;  // [m]
+
+// The bytes of a file of some 130 bytes for each drape: one line of JSON, then 16-bit numbers
+// compressed by zlib. Unpacking throws InputError (prefix `where`) for bytes that are not such a
+// file or are damaged.
+std::string PackPool(const OutlinePool& pool);
+OutlinePool UnpackPool(std::string_view bytes, const std::string& where);
+
+// The files that are compiled in (solver/forward/pools).
+std::vector<std::string_view> ListBuiltInPools();
+// The one of these discs, unpacked once; nullptr where there is none. For any thread.
+const OutlinePool* FindBuiltInPool(const DrapeDiscs& discs);
+
+// A drape of a pool that is like an outline, turned and mirrored as suits it best.
+struct PooledMatch {
+  int drape = 0;            // in the pool
+  double distance = 0.0;    // root mean square of the outlines' difference [m]
+  SpecimenNumbers numbers;  // of the turned cloth; its start's as in the pool
+};
+// The nearest drapes to an outline [m], shape [kPoolAngles], at most `count`, nearest first; each
+// at all kPoolAngles rotations and in both mirror images.
+std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::VectorXd& radius,
+                                     int count);
+
+// The numbers of a cloth turned counter-clockwise by an angle [rad]: ln of bend is interpolated
+// between the directions by its waves 0, 2 and 4, stretch by its wave 2; what a turn makes unequal
+// at +45° and −45° is averaged, as the tables have one number for both.
+SpecimenNumbers TurnedNumbers(const SpecimenNumbers& numbers, double angle);
+
+}  // namespace drape

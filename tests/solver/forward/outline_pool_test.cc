@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/forward/outline_pool.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses/camera/camera.h"
+#include "losses/metrics/metrics.h"
+#include "physics/cloth/cloth_model.h"
+#include "physics/cloth/state.h"
+#include "physics/material/laws/law_kind.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/errors.h"
+#include "solver/forward/settle.h"
+
+namespace drape {
+namespace {
+
+Eigen::VectorXd Waves(int folds, double phase) {
+  Eigen::VectorXd radius(kPoolAngles);
+  for (int i = 0; i < kPoolAngles; ++i)
+    radius[i] = 0.12 + 0.01 * std::cos(folds * 2 * M_PI * i / kPoolAngles - phase) +
+                0.004 * std::cos(2 * M_PI * i / kPoolAngles - 0.4);
+  return radius;
+}
+
+OutlinePool SmallPool() {
+  OutlinePool pool;
+  pool.mesh = "disc:100";
+  pool.setting = "smooth law";
+  pool.seed = 7;
+  for (int i = 0; i < 5; ++i) {
+    pool.numbers.push_back(MakePooledSpecimen({}, pool.seed, i).numbers);
+    pool.radius.push_back(Waves(5 + i, 0.3 * i));
+  }
+  return pool;
+}
+
+TEST(OutlinePool, IsUnpackedAsItWasPacked) {
+  const OutlinePool pool = SmallPool(), read = UnpackPool(PackPool(pool), "pool");
+  EXPECT_EQ(read.mesh, pool.mesh);
+  EXPECT_EQ(read.setting, pool.setting);
+  EXPECT_EQ(read.seed, pool.seed);
+  EXPECT_EQ(read.discs, DrapeDiscs());
+  ASSERT_EQ(read.num_drapes(), 5);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_LT((read.radius[i] - pool.radius[i]).cwiseAbs().maxCoeff(), 0.501 * kPackedRadius);
+    for (int k = 0; k < kSpecimenNumbers; ++k) {
+      const NumberRange& range = NumberRanges()[k];
+      EXPECT_NEAR(read.numbers[i][k], pool.numbers[i][k], (range.high - range.low) / 65535);
+    }
+  }
+}
+
+TEST(OutlinePool, RefusesDamagedBytes) {
+  std::string bytes = PackPool(SmallPool());
+  EXPECT_THROW(UnpackPool("", "pool"), InputError);
+  EXPECT_THROW(UnpackPool("{\"format\": \"other\"}\n", "pool"), InputError);
+  EXPECT_THROW(UnpackPool(bytes.substr(0, bytes.size() - 9), "pool"), InputError);
+  bytes[bytes.size() - 20] = static_cast<char>(bytes[bytes.size() - 20] ^ 1);
+  EXPECT_THROW(UnpackPool(bytes, "pool"), InputError);
+}
+
+TEST(OutlinePool, FindsATurnedMirroredDrape) {
+  const OutlinePool pool = SmallPool();
+  constexpr int kTurn = 9;  // of 5°
+  Eigen::VectorXd seen(kPoolAngles);
+  for (int i = 0; i < kPoolAngles; ++i)
+    seen[i] = pool.radius[3][(kTurn - i + kPoolAngles) % kPoolAngles];
+  const std::vector<PooledMatch> nearest = FindNearest(pool, seen, 2);
+  ASSERT_EQ(nearest.size(), 2u);
+  EXPECT_EQ(nearest[0].drape, 3);
+  EXPECT_LT(nearest[0].distance, 1e-9);
+  EXPECT_GT(nearest[1].distance, 1e-3);
+  EXPECT_LT((nearest[0].numbers - TurnedNumbers(pool.numbers[3], kTurn * M_PI / 36))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-9);
+}
+
+TEST(OutlinePool, TurnsTheDirectionsOfACloth) {
+  SpecimenNumbers numbers = SpecimenNumbers::Zero();
+  numbers[kLogBendingLength] = -4.0;
+  numbers[kBendAnisotropy] = 1.2;
+  numbers[kBiasBend] = 0.3;
+  numbers[kStretchAnisotropy] = 0.5;
+  // A quarter turn swaps warp and weft, half a turn changes nothing.
+  SpecimenNumbers swapped = numbers;
+  swapped[kBendAnisotropy] = -1.2;
+  swapped[kStretchAnisotropy] = -0.5;
+  EXPECT_LT((TurnedNumbers(numbers, M_PI / 2) - swapped).norm(), 1e-12);
+  EXPECT_LT((TurnedNumbers(numbers, M_PI) - numbers).norm(), 1e-12);
+  // An eighth makes both the old 45°, whose rigidity is e^0.3 of the mean; 45° is the old mean.
+  const SpecimenNumbers eighth = TurnedNumbers(numbers, M_PI / 4);
+  EXPECT_NEAR(eighth[kBendAnisotropy], 0.0, 1e-12);
+  EXPECT_NEAR(3 * (eighth[kLogBendingLength] + 4.0), 0.3, 1e-12);
+  EXPECT_NEAR(eighth[kBiasBend], -0.3, 1e-12);
+}
+
+// The first drape of the shipped pool, simulated again.
+TEST(OutlinePool, HasTheDrapesOfTheSimulator) {
+  const OutlinePool* pool = FindBuiltInPool(DrapeDiscs());
+  ASSERT_NE(pool, nullptr);
+  EXPECT_GT(pool->num_drapes(), 15000);
+  EXPECT_EQ(FindBuiltInPool({.specimen = 0.14, .support = 0.09}), nullptr);
+  std::optional<PooledSpecimen> specimen;
+  for (int i = 0; i < 100 && !specimen; ++i) {
+    const PooledSpecimen each = MakePooledSpecimen({}, pool->seed, i);
+    if ((each.numbers - pool->numbers[0]).cwiseAbs().maxCoeff() < 1e-4) specimen = each;
+  }
+  ASSERT_TRUE(specimen);
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(pool->mesh), CusickScene(),
+                                                        MakeLaw(LawKind::kSmooth));
+  const std::unique_ptr<Backend> backend = MakeCpuBackend(model, 1);
+  const State start = {ApplyStartShape(model->mesh, DrapeDiscs().support, specimen->start),
+                       Eigen::VectorXd::Zero(model->num_dofs())};
+  const SettledDrape drape = std::move(
+      Settle(*backend, SpecimenMaterial(specimen->numbers), {&start, 1}, PoolOptions().settle)
+          .front());
+  ASSERT_TRUE(drape.IsUsable(SolveMode::kStatic));
+  const DrapeShape seen = ComputeDrapeShape(ObserveSurface(
+      {drape.rest.x, ListTriangles(model->mesh)}, CameraAbove(pool->discs), pool->discs, "drape"));
+  EXPECT_LT((seen.radius - pool->radius[0]).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+}  // namespace
+}  // namespace drape
