@@ -74,7 +74,8 @@ class CpuBackend final : public Backend {
     return ForEach<RowMatrix>(batch.size(), [&](StepSolver& solver, int i) {
       RowMatrix dx;
       const bool ok =
-          EquilibriumTangent(solver, *batch[i].material, *weights[i], batch[i].start->x, &dx);
+          EquilibriumTangent(solver, *batch[i].material, *weights[i], batch[i].start->x, &dx,
+                             batch[i].tangent != nullptr && batch[i].tangent->dynamics);
       return ok ? dx : RowMatrix();
     });
   }

@@ -55,8 +55,8 @@ class Backend {
   // not count).
   virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                                     const EquilibriumOptions& options) = 0;
-  // ∂x/∂p of equilibria that are given as the starts, shape [3V, 39] each; empty where K is not
-  // positive definite.
+  // ∂x/∂p of equilibria that are given as the starts, shape [3V, 39] each, or [3V, 46] where
+  // RolloutInput::tangent wants the dynamics; empty where K is not positive definite.
   virtual std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
   // How these equilibria move, to first order in changes[i] of each table entry, by one solve each;

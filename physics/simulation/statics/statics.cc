@@ -303,12 +303,22 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
 }
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
-                        const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx) {
+                        const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx,
+                        bool dynamics) {
+  const ClothModel& model = solver.model();
+  RowMatrix by_number = ForceByEntry(model, material, weight, x);
+  if (dynamics) {
+    const Eigen::VectorXd still = Eigen::VectorXd::Zero(x.size());
+    MaterialField at_rest = material;
+    at_rest.dynamics = {};
+    by_number.conservativeResize(Eigen::NoChange, kMaterialEntries + kDynamicsEntries);
+    by_number.rightCols<kDynamicsEntries>() =
+        DynamicsColumns(model, at_rest, {.x = x, .v = still, .w = still, .h = 1.0});
+  }
   solver.Forget();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
-  return stiffness.Factor() &&
-         stiffness.Solve(ForceByEntry(solver.model(), material, weight, x), dx);
+  return stiffness.Factor() && stiffness.Solve(by_number, dx);
 }
 
 bool EquilibriumJvpColumn(StepSolver& solver, const MaterialField& material,

@@ -164,12 +164,13 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options,
                                    const StepMatrix& matrix = {});
 
-// ∂x/∂p = K⁻¹·∂f/∂p at an equilibrium for the 39 entries, weighted as in AddMaterialColumns; shape
-// [3V, 39] [MODEL, M43]. Returns false when K is not positive definite or Stiffness::Solve does not
-// converge.
+// ∂x/∂p = K⁻¹·∂f/∂p at an equilibrium for the 39 entries, weighted as in AddMaterialColumns, and,
+// if wanted, by the numbers of DynamicsEntry, of which only the density moves a cloth at rest;
+// shape [3V, 39 or 46] [MODEL, M43]. Returns false when K is not positive definite or
+// Stiffness::Solve does not converge.
 [[nodiscard]] bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
                                       const MaterialField& weight, const Eigen::VectorXd& x,
-                                      RowMatrix* dx);
+                                      RowMatrix* dx, bool dynamics = false);
 
 // dx = K⁻¹·∂f/∂p·change: the displacement of an equilibrium, to first order in a change of each
 // table entry. It has the shape [3V] of one column of EquilibriumTangent. Returns false as

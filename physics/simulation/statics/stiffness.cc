@@ -274,6 +274,27 @@ VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
   return modes;
 }
 
+EigenvalueGradient DeriveEigenvalue(StepSolver& solver, const MaterialField& material,
+                                    const Eigen::VectorXd& x, const Eigen::VectorXd& shape) {
+  constexpr double kMove = 1e-4;  // of the mean edge: differences err by its square and by rounding
+  const ClothModel& model = solver.model();
+  const double edge = std::sqrt(model.vertex_area.sum() / model.mesh.num_faces());
+  const double move = kMove * edge / shape.cwiseAbs().maxCoeff();
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(x.size());
+  RowMatrix by_x = RowMatrix::Zero(x.size(), 1);
+  EigenvalueGradient gradient{.by_x = {}, .by_material = MaterialGradient::Zero(material, 1)};
+  solver.Forget();
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::VectorXd moved = x + side * move * shape;
+    const RowMatrix weighed = -side / (2.0 * move) * shape;
+    const BlockMatrix& negative = solver.StepDerivative(material, moved, still, 1.0);
+    AddTransposeMultiply(solver.wide_model().pattern, negative, weighed, by_x);
+    AddMaterialGradient(model, material, moved, still, 1.0, weighed, gradient.by_material);
+  }
+  gradient.by_x = by_x;
+  return gradient;
+}
+
 std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
                                         const Eigen::VectorXd& x) {
   constexpr int kSubspace = 20;

@@ -84,6 +84,17 @@ struct VibrationModes {
 VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
                            const Eigen::VectorXd& x, int count);
 
+// How the eigenvalue φᵀ·K·φ of a mode that is apart from the others changes [MODEL, M67]: by x
+// under the same material, and by the tables at the same x. By the density, of which K does not
+// depend, it is −ω²/ρ.
+struct EigenvalueGradient {
+  Eigen::VectorXd by_x;          // [s⁻²/m], shape [3V]
+  MaterialGradient by_material;  // one column
+};
+// shape: φ of LowestModes. By central differences of K along φ, which are accurate to 1e-6.
+EigenvalueGradient DeriveEigenvalue(StepSolver& solver, const MaterialField& material,
+                                    const Eigen::VectorXd& x, const Eigen::VectorXd& shape);
+
 // The largest ω² [s⁻²] to 1e-6: an explicit step is stable for h < 2/ω [Courant 1928],
 // [MODEL, M32]. std::nullopt when the iteration does not converge.
 std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
