@@ -4,10 +4,17 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "physics/linalg/blocks/block_matrix.h"
+#include "physics/material/material.h"
+
 namespace drape {
 
 // ∂r/∂x, shape [K, 3V].
 using ReadoutJacobian = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+// ∂r/∂p with x held: by the logarithms of the 39 table entries, then by the numbers of
+// DynamicsEntry, shape [K, 46].
+using MaterialJacobian = RowMatrix;
 
 // The numbers that a loss reads from a shape of a cloth.
 class Readout {
@@ -25,6 +32,13 @@ class Readout {
   // time.
   [[nodiscard]] virtual bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
+  // Reads a cloth of one table, on which most readouts do not depend: their dr_dp stays empty.
+  // Those that do cannot read a shape alone.
+  [[nodiscard]] virtual bool ReadCloth(const MaterialField&, const Eigen::VectorXd& x,
+                                       Eigen::VectorXd* r, ReadoutJacobian* dr_dx,
+                                       MaterialJacobian*) const {
+    return Read(x, r, dr_dx);
+  }
 };
 
 }  // namespace drape
