@@ -48,14 +48,13 @@ void Require(std::span<const RolloutInput> batch, const Found& found, const std:
     throw InputError("cuda", "found " + what + ", which only the CPU backend computes");
 }
 
-void RequireStep(std::span<const RolloutInput> batch) {
+void RequireNoDrag(std::span<const RolloutInput> batch, const std::string& where) {
   Require(
       batch, [](const RolloutInput& input) { return input.material->dynamics.air_drag != 0.0; },
-      "drag of air");
+      "drag of air " + where);
 }
 
-void RequireTangents(std::span<const RolloutInput> batch) {
-  RequireStep(batch);
+void RequireTableColumns(std::span<const RolloutInput> batch) {
   Require(
       batch,
       [](const RolloutInput& input) {
@@ -66,9 +65,14 @@ void RequireTangents(std::span<const RolloutInput> batch) {
       "further columns of a tangent");
 }
 
+void RequireTangents(std::span<const RolloutInput> batch) {
+  RequireNoDrag(batch, "in derivatives");
+  RequireTableColumns(batch);
+}
+
 void RequireAdjoints(std::span<const RolloutInput> batch, const RolloutOptions& options,
                      bool has_faces) {
-  RequireStep(batch);
+  RequireNoDrag(batch, "in derivatives");
   for (const RolloutInput& input : batch)
     CHECK(input.adjoint == nullptr || input.adjoint->frames.empty() ||
           input.adjoint->frames.size() == options.frames.size())
@@ -103,7 +107,7 @@ class CudaBackend final : public Backend {
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
     options.Check();
-    RequireStep(batch);
+    if (!model_->scene.stretch) RequireNoDrag(batch, "in a scene without stretch");
     std::vector<RolloutResult> results(batch.size());
     std::vector<char> failed(batch.size());
     if (recordings != nullptr) recordings->assign(batch.size(), {});
@@ -176,6 +180,7 @@ class CudaBackend final : public Backend {
   std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
     CHECK_EQ(weights.size(), batch.size());
+    RequireTableColumns(batch);
     std::vector<RowMatrix> results(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
       s.engine->equilibria.Tangents(s.Of(batch), s.Of(weights), s.Of(results));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/kernels/element_kernels.cuh"
 #include "cuda/kernels/element_kernels.h"
+#include "physics/cloth/assembly/air_element.h"
 
 namespace drape {
 namespace {
@@ -58,8 +59,24 @@ __device__ void AddHingeBlock(const HingeRecord& record, int a, int b, double sc
   for (int k = 0; k < 9; ++k) block[k] += rows[k / 3] * columns[k % 3];
 }
 
+// The air at one corner of a face, with the velocity v before the step [MODEL, M65].
+struct AirAtCorner {
+  Vec3<double> normal;     // its side does not matter
+  double drag, with_wind;  // of the step matrix d·n·nᵀ [kg], and n·wind [m/s]
+};
+__device__ AirAtCorner FindAir(const MaterialView& material, const Face& face,
+                               const DeformationGradient<double>& F, const Vec3<double>& v,
+                               double h) {
+  using std::sqrt;
+  const Vec3<double> N = Cross(F.u, F.v),
+                     wind{material.wind[0], material.wind[1], material.wind[2]};
+  const Vec3<double> n = (1.0 / sqrt(Dot(N, N))) * N;
+  return {n, AirCoefficient(h * material.air_drag * face.area / 3.0, n, v, wind), Dot(n, wind)};
+}
+
+// v: velocities before the step where air acts.
 __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& material,
-                                const StepRecords& records, double h, int entry,
+                                const StepRecords& records, const double* v, double h, int entry,
                                 double (&block)[9]) {
   const FrontEntry& place = cloth.entries[entry];
   if (place.row == place.column) {
@@ -78,7 +95,14 @@ __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& mate
     if (c.hinge) {
       AddHingeBlock(records.hinges[c.element], c.row, c.column, h2, block);
     } else {
-      AddFaceBlock(cloth.faces[c.element], records.faces[c.element], c.row, c.column, h2, block);
+      const Face& face = cloth.faces[c.element];
+      AddFaceBlock(face, records.faces[c.element], c.row, c.column, h2, block);
+      if (v == nullptr || place.row != place.column) continue;
+      const AirAtCorner air =
+          FindAir(material, face, records.faces[c.element].F, LoadVec3(v, place.row), h);
+      const double n[3] = {air.normal.x, air.normal.y, air.normal.z};
+#pragma unroll
+      for (int j = 0; j < 9; ++j) block[j] += air.drag * n[j / 3] * n[j % 3];
     }
   }
 }
@@ -105,6 +129,21 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
   return force;
 }
 
+// The impulse of the wind on a vertex that does not move [N·s].
+__device__ Vec3<double> WindOnVertex(const ClothView& cloth, const MaterialView& material,
+                                     const StepRecords& records, const Vec3<double>& v, double h,
+                                     int i) {
+  Vec3<double> impulse{0.0, 0.0, 0.0};
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution c = Unpack(cloth.to_vertex.item[k]);
+    if (c.hinge) continue;
+    const AirAtCorner air =
+        FindAir(material, cloth.faces[c.element], records.faces[c.element].F, v, h);
+    impulse += (air.drag * air.with_wind) * air.normal;
+  }
+  return impulse;
+}
+
 // Warps for the matrix blocks, then threads for the vertices.
 __global__ void __launch_bounds__(kElementThreads)
     GatherStep(ClothView cloth, ShapeBatch batch, StepRecords all_records, const double* v,
@@ -115,17 +154,20 @@ __global__ void __launch_bounds__(kElementThreads)
   const MaterialView& material = batch.material[rollout];
   const StepRecords records = all_records.From(cloth, slot);
   const int padded_entries = (cloth.num_entries + 31) / 32 * 32;
+  const double* own_v = v == nullptr ? nullptr : RowAt(v, slot, cloth.num_dofs());
+  const double* in_air = material.air_drag == 0.0 ? nullptr : own_v;
   if (item < padded_entries) {
     const int entry = item < cloth.num_entries ? cloth.entry_order[item] : -1;
     double block[9] = {};
-    if (entry >= 0) GatherStepBlock(cloth, material, records, h, entry, block);
+    if (entry >= 0) GatherStepBlock(cloth, material, records, in_air, h, entry, block);
     StoreBlock(block, matrix + 9LL * slot * cloth.num_entries, entry, stage);
   }
   if (const int i = item - padded_entries; rhs != nullptr && i >= 0 && i < cloth.num_vertices) {
     const double* x = RowAt(batch.x, rollout, cloth.num_dofs());
     const double mass = material.density * cloth.vertex_area[i];
     const Vec3<double> force = ForceOnVertex(cloth, material, records, x, i);
-    const Vec3<double> sum = mass * LoadVec3(RowAt(v, slot, cloth.num_dofs()), i) + h * force;
+    Vec3<double> sum = mass * LoadVec3(own_v, i) + h * force;
+    if (in_air != nullptr) sum += WindOnVertex(cloth, material, records, LoadVec3(own_v, i), h, i);
     StoreVec3(RowAt(rhs, slot, cloth.num_dofs()), i, sum);
   }
 }

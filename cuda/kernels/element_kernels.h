@@ -10,7 +10,7 @@ namespace drape {
 
 void LaunchElementRecords(const LaunchContext& on, const StepRecords& records);
 // matrix = M + h²·H with the damping of the materials (assembly.h), [9·entries] a slot; rhs = M·v +
-// h·f unless null, [3V] a slot; v by slot.
+// h·f unless null, [3V] a slot; v by slot. Air acts unless v is null.
 void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
                       double h, double* matrix, double* rhs);
 // force = f [N], [3V] by rollout.

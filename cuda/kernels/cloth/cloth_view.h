@@ -51,6 +51,7 @@ struct MaterialView {
   const BendTable* bend;
   int stretch_stride, bend_stride;
   double mass_damping, stiffness_damping;  // α [1/s], β [s]
+  double air_drag;                         // c [kg/m³]
   double wind[3];                          // [m/s]
 };
 

@@ -180,6 +180,7 @@ DeviceMaterials::DeviceMaterials(std::span<const MaterialField* const> materials
                      m->bend.size() == 1 ? 0 : 1,
                      m->dynamics.mass_damping,
                      m->dynamics.stiffness_damping,
+                     m->dynamics.air_drag,
                      {m->dynamics.wind.x, m->dynamics.wind.y, m->dynamics.wind.z}});
   }
   views_ = DeviceBuffer<MaterialView>(views);
