@@ -13,13 +13,13 @@
 #include "losses/image/segmentation.h"
 #include "losses/readout/cloud_readouts.h"
 #include "losses/readout/observation_files.h"
+#include "losses/readout/scene_readouts.h"
 #include "losses/readout/view_readouts.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/scan_io.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parametrisation.h"
 
 namespace drape {
 namespace {
@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
 constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
+constexpr int kMostModes = 50;
 constexpr int kMostNumbers = 1 << 18;  // of a measurement: their Jacobian is dense
 
 // A file that a key names, relative to the folder of the experiments.
@@ -66,12 +67,13 @@ Measurement MakeMarkerMeasurement(const JsonInput& input, const std::string& fol
   input.ExpectKeys(WithCommonKeys({"markers"}));
   const std::string path = ResolvePath(input.At("markers"), folder);
   const auto markers = std::make_shared<const MeasuredMarkers>(ReadMarkers(path));
-  return {.name = "markers of " + path,
-          .readout =
-              [=](const Mesh& mesh) {
-                return std::make_shared<MarkerReadout>(WeightsOfMarkers(mesh, *markers, path));
-              },
-          .data = markers->x};
+  return {
+      .name = "markers of " + path,
+      .readout =
+          [=](const ClothModel& model) {
+            return std::make_shared<MarkerReadout>(WeightsOfMarkers(model.mesh, *markers, path));
+          },
+      .data = markers->x};
 }
 
 Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& folder,
@@ -84,8 +86,8 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
                                   int(measurement.data.size() / 3), mesh.num_vertices()));
   // Places by their material coordinates, so that another mesh reads the same.
   const Eigen::Matrix2Xd places = mesh.uv;
-  measurement.readout = [=](const Mesh& other) {
-    return std::make_shared<MarkerReadout>(WeightsOfPlaces(other, places, path));
+  measurement.readout = [=](const ClothModel& model) {
+    return std::make_shared<MarkerReadout>(WeightsOfPlaces(model.mesh, places, path));
   };
   return measurement;
 }
@@ -95,16 +97,16 @@ std::vector<Measurement> MakePointMeasurements(const JsonInput& input, const std
   const std::string path = ResolvePath(input.At("points"), folder);
   const Eigen::VectorXd points = ReadPointCloud(path);
   std::vector<Measurement> measurements = {
-      {.name = "points of " + path, .readout = [=](const Mesh& mesh) {
-         return std::make_shared<PointCloudReadout>(mesh, points);
+      {.name = "points of " + path, .readout = [=](const ClothModel& model) {
+         return std::make_shared<PointCloudReadout>(model.mesh, points);
        }}};
   if (!input.Has("spacing")) return measurements;
   UncoveredOptions options{.spacing = input.At("spacing").NumberWithin(0.0, kMostLength)};
   if (input.Has("max_distance"))
     options.max_distance = input.At("max_distance").NumberWithin(options.spacing, kMostLength);
   measurements.push_back(
-      {.name = "cloth without points of " + path, .readout = [=](const Mesh& mesh) {
-         std::vector<int> vertices(mesh.num_vertices());
+      {.name = "cloth without points of " + path, .readout = [=](const ClothModel& model) {
+         std::vector<int> vertices(model.mesh.num_vertices());
          std::iota(vertices.begin(), vertices.end(), 0);
          return std::make_shared<UncoveredReadout>(points, vertices, options);
        }});
@@ -124,8 +126,8 @@ Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& fold
   const View view = ReadView(input.At("view"), folder);
   RequireSize(path, map.width, map.height, view.camera);
   const double background = input.At("background").NumberWithin(0.0, kMostLength);
-  Measurement measurement{.name = "depth of " + path, .readout = [=](const Mesh& mesh) {
-                            return std::make_shared<DepthReadout>(mesh, view, map.pixels,
+  Measurement measurement{.name = "depth of " + path, .readout = [=](const ClothModel& model) {
+                            return std::make_shared<DepthReadout>(model.mesh, view, map.pixels,
                                                                   background);
                           }};
   measurement.data.resize(static_cast<Eigen::Index>(map.pixels.size()));
@@ -142,8 +144,8 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
   RequireSize(path, image.width, image.height, view.camera);
   SoftSilhouetteOptions soft;
   if (input.Has("half_width")) soft.half_width = input.At("half_width").NumberWithin(0.1, 100.0);
-  Measurement measurement{.name = "silhouette of " + path, .readout = [=](const Mesh& mesh) {
-                            return std::make_shared<SilhouetteReadout>(mesh, view, soft);
+  Measurement measurement{.name = "silhouette of " + path, .readout = [=](const ClothModel& model) {
+                            return std::make_shared<SilhouetteReadout>(model.mesh, view, soft);
                           }};
   measurement.data.resize(Eigen::Index{image.width} * image.height);
   for (int row = 0; row < image.height; ++row)
@@ -152,25 +154,78 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
   return measurement;
 }
 
+// At least one number of a list.
+std::vector<int> ReadNumbers(const JsonInput& input, int least, int most) {
+  std::vector<int> numbers;
+  for (int i = 0; i < input.ExpectArray().Size(); ++i)
+    numbers.push_back(input.At(i).IntegerWithin(least, most));
+  if (numbers.empty()) input.Fail("at least one number");
+  return numbers;
+}
+
 Measurement MakeAngleMeasurement(const JsonInput& input, const Mesh& mesh) {
   input.ExpectKeys(WithCommonKeys({"angle", "tip", "clamp", "along"}));
-  const JsonInput tip = input.At("tip");
-  std::vector<int> vertices;
-  for (int i = 0; i < tip.ExpectArray().Size(); ++i)
-    vertices.push_back(tip.At(i).IntegerWithin(0, mesh.num_vertices() - 1));
-  if (vertices.empty()) tip.Fail("at least one vertex");
+  const std::vector<int> vertices = ReadNumbers(input.At("tip"), 0, mesh.num_vertices() - 1);
   const Eigen::Vector3d clamp = input.At("clamp").Vector(3), along = input.At("along").Vector(3);
   if (along.z() != 0.0 || !(along.norm() > 0.0)) input.At("along").Fail("a horizontal direction");
   return {.name = "angle",
           .readout =
-              [=](const Mesh&) {
+              [=](const ClothModel&) {
                 return std::make_shared<AngleReadout>(vertices, clamp, along.normalized());
               },
           .data = Eigen::VectorXd::Constant(1, input.At("angle").NumberWithin(-90.0, 90.0))};
 }
 
+// All three components, or that along a direction.
+Measurement MakeForceMeasurement(const JsonInput& input, const ClothModel& model) {
+  input.ExpectKeys(WithCommonKeys({"force", "along", "vertices"}));
+  Eigen::Matrix3Xd axes = Eigen::Matrix3d::Identity();
+  Measurement measurement{.name = "force", .readout = {}};
+  const JsonInput force = input.At("force");
+  if (input.Has("along")) {
+    axes = Eigen::Vector3d(input.At("along").Vector(3));
+    if (!(axes.norm() > 0.0)) input.At("along").Fail("a direction");
+    axes.normalize();
+    measurement.data.setConstant(1, force.Number());
+  } else {
+    measurement.data = force.Vector(3);
+  }
+  std::vector<int> vertices;  // none: all that are held
+  if (input.Has("vertices"))
+    vertices = ReadNumbers(input.At("vertices"), 0, model.mesh.num_vertices() - 1);
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    if (std::ranges::count(model.held, vertices[i]) == 0)
+      input.At("vertices").At(static_cast<int>(i)).Fail("a vertex that is held");
+  if (model.held.empty()) force.Fail("none: the scene has no handles");
+  measurement.readout = [=](const ClothModel& cloth) {
+    return std::make_shared<HandleForceReadout>(cloth, vertices.empty() ? cloth.held : vertices,
+                                                axes);
+  };
+  return measurement;
+}
+
+Measurement MakeFrequencyMeasurement(const JsonInput& input, const ClothModel& model) {
+  input.ExpectKeys(WithCommonKeys({"frequencies", "modes"}));
+  Measurement measurement{
+      .name = "frequencies", .readout = {}, .data = input.At("frequencies").Vector()};
+  const auto count = static_cast<int>(measurement.data.size());
+  if (count == 0 || !(measurement.data.minCoeff() > 0.0))
+    input.At("frequencies").Fail("at least one frequency, each more than 0");
+  std::vector<int> modes(count);
+  std::iota(modes.begin(), modes.end(), 1);
+  if (input.Has("modes")) {
+    input.At("modes").ExpectArray(count);
+    modes = ReadNumbers(input.At("modes"), 1, std::min(kMostModes, model.num_dofs() - 1));
+  }
+  measurement.readout = [=](const ClothModel& cloth) {
+    return std::make_shared<FrequencyReadout>(cloth, modes);
+  };
+  return measurement;
+}
+
 std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::string& folder,
-                                         const Mesh& mesh) {
+                                         const ClothModel& model) {
+  const Mesh& mesh = model.mesh;
   std::vector<Measurement> read;
   if (input.Has("markers"))
     read = {MakeMarkerMeasurement(input, folder)};
@@ -184,13 +239,17 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
     read = {MakeSilhouetteMeasurement(input, folder)};
   else if (input.Has("angle"))
     read = {MakeAngleMeasurement(input, mesh)};
+  else if (input.Has("force"))
+    read = {MakeForceMeasurement(input, model)};
+  else if (input.Has("frequencies"))
+    read = {MakeFrequencyMeasurement(input, model)};
   else
-    input.Fail("one of markers, shape, points, depth, silhouette and angle");
+    input.Fail("one of markers, shape, points, depth, silhouette, angle, force and frequencies");
   for (Measurement& each : read) {
     each.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
     // Builds it, since a place off the cloth is an error of the file.
-    if (const int count = each.readout(mesh)->size(); count > kMostNumbers)
+    if (const int count = each.readout(model)->size(); count > kMostNumbers)
       throw InputError(input.Name(), Format("found %d numbers, expected at most %d: thin them out",
                                             count, kMostNumbers));
   }
@@ -252,6 +311,31 @@ Mesh ReadMesh(const JsonInput& input, const std::string& folder) {
   }
 }
 
+Eigen::Vector3d BeginVelocity(const Experiment& experiment) {
+  if (experiment.velocity.size() == 0) return Eigen::Vector3d::Zero();
+  return experiment.velocity.head<3>();
+}
+
+// Throws InputError where no motion shows a number that is fitted.
+void RequireSeen(const ExperimentFile& file, FreeNumber number, const JsonInput& name) {
+  const Experiment* first = nullptr;
+  for (const Experiment& each : file.experiments) {
+    if (!each.motion) continue;
+    if (first == nullptr) first = &each;
+    MaterialField start;
+    start.dynamics = each.dynamics;
+    const std::span<double> values = FindNumbers(number, start);
+    if (!IsVector(number) && !(values[0] > 0.0))
+      name.Fail("motions with a start value of it, more than 0");
+    if (number == FreeNumber::kWind && !(each.dynamics.air_drag > 0.0))
+      name.Fail("motions with an air_drag, since wind acts by it alone");
+    const Vec3<double> d = each.dynamics.wind - first->dynamics.wind;
+    if (IsVector(number) && (Dot(d, d) > 0.0 || BeginVelocity(each) != BeginVelocity(*first)))
+      name.Fail("motions that begin with one wind and one velocity");
+  }
+  if (first == nullptr) name.Fail("none without a motion");
+}
+
 Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "motion", "measurements"});
   Experiment experiment;
@@ -260,6 +344,10 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   const JsonInput scene = input.At("scene");
   experiment.scene =
       scene.value().is_string() ? ReadScene(ResolvePath(scene, folder)) : ReadScene(scene, folder);
+  for (const int i : experiment.scene.handles.value_or(Handles{}).vertices)
+    if (i >= experiment.mesh.num_vertices())
+      throw InputError(scene.Name(), Format("found the handle of vertex %d, expected less than %d",
+                                            i, experiment.mesh.num_vertices()));
   if (input.Has("start"))
     experiment.start = ReadStart(ResolvePath(input.At("start"), folder), experiment.mesh,
                                  SupportRadius(experiment.scene).value_or(0.0))
@@ -267,11 +355,16 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   if (input.Has("random_starts"))
     experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
   if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);
+  experiment.in_newtons = experiment.scene.load.has_value();
   const JsonInput measurements = input.At("measurements");
   if (measurements.ExpectArray().Size() == 0) measurements.Fail("at least one measurement");
+  const ClothModel model(experiment.mesh, experiment.scene, MakeLaw("smooth"));
   for (int i = 0; i < measurements.Size(); ++i)
-    for (Measurement& each : ReadMeasurement(measurements.At(i), folder, experiment.mesh)) {
+    for (Measurement& each : ReadMeasurement(measurements.At(i), folder, model)) {
       const bool is_shape = measurements.At(i).Has("shape");
+      if (experiment.motion && measurements.At(i).Has("frequencies"))
+        measurements.At(i).At("frequencies").Fail("a cloth at rest");
+      experiment.in_newtons |= measurements.At(i).Has("force");
       if (is_shape && !experiment.motion && experiment.start.size() == 0)
         experiment.start = each.data;
       each.step = ReadStep(measurements.At(i), experiment);
@@ -312,7 +405,7 @@ int StartNumber(const Experiment& experiment, double lift) {
   return static_cast<int>(std::lround(lift * (experiment.random_starts + 1))) - 1;
 }
 
-std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh) {
+std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model) {
   std::vector<Sight> sights;
   for (const Measurement& each : experiment.measurements) {
     int frame = -1;
@@ -320,7 +413,7 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh) {
       const std::vector<int>& frames = experiment.motion->frames;
       frame = static_cast<int>(std::find(frames.begin(), frames.end(), each.step) - frames.begin());
     }
-    Sight sight{.readouts = {each.readout(mesh)},
+    Sight sight{.readouts = {each.readout(model)},
                 .data = each.data,
                 .sigma = each.sigma,
                 .loss = each.loss,
@@ -331,9 +424,10 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh) {
   return sights;
 }
 
-std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::VectorXd& x) {
+std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialField& material,
+                                             const Eigen::VectorXd& x) {
   Eigen::VectorXd r;
-  if (!sight.readouts.front()->Read(x, &r, nullptr)) return std::nullopt;
+  if (!sight.readouts.front()->ReadCloth(material, x, &r, nullptr, nullptr)) return std::nullopt;
   return ((r - sight.data) / sight.sigma).eval();
 }
 
@@ -353,12 +447,12 @@ double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
   return cost;
 }
 
-std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
-                             const Eigen::VectorXd& x) {
+std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
+                             const MaterialField& material, const Eigen::VectorXd& x) {
   double cost = 0.0;
   Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, mesh)) {
-    std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, x);
+  for (const Sight& sight : MakeSights(experiment, model)) {
+    std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, material, x);
     if (!residual) return std::nullopt;
     cost += WeighByLoss(sight, *residual, nullptr);
     count += sight.readouts.front()->num_independent();
@@ -366,9 +460,9 @@ std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
   return std::sqrt(2.0 * cost / static_cast<double>(count));
 }
 
-int CountResiduals(const Experiment& experiment, const Mesh& mesh) {
+int CountResiduals(const Experiment& experiment, const ClothModel& model) {
   Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, mesh))
+  for (const Sight& sight : MakeSights(experiment, model))
     count += sight.readouts.front()->num_independent();
   return static_cast<int>(count);
 }
@@ -389,12 +483,7 @@ ExperimentFile ReadExperiments(const std::string& path) {
       file.lab_measurements.push_back(ResolvePath(input.At("lab_tests").At(i), folder));
   for (int i = 0; input.Has("fit") && i < input.At("fit").ExpectArray().Size(); ++i) {
     const JsonInput name = input.At("fit").At(i);
-    const auto entries = {kByMassDamping, kByStiffnessDamping, kByAirDrag};
-    const auto found = std::find_if(entries.begin(), entries.end(), [&](DynamicsEntry entry) {
-      return NameFor(entry) == name.String();
-    });
-    if (found == entries.end()) name.Fail("mass_damping, stiffness_damping or air_drag");
-    file.fitted.push_back(*found);
+    file.fitted.push_back(ParseName<FreeNumber>(name.String(), name.Name()));
   }
   const JsonInput experiments = input.At("experiments");
   if (experiments.ExpectArray().Size() == 0) experiments.Fail("at least one experiment");
@@ -402,11 +491,10 @@ ExperimentFile ReadExperiments(const std::string& path) {
     file.experiments.push_back(ReadExperiment(experiments.At(i), folder));
     if (file.experiments.back().name.empty())
       file.experiments.back().name = "experiment_" + std::to_string(i + 1);
-    for (const DynamicsEntry entry : file.fitted)
-      if (Experiment& each = file.experiments.back();
-          !each.motion || !(DynamicsNumber(entry, each.dynamics) > 0.0))
-        experiments.At(i).Fail("a motion with a start value of what is fitted");
   }
+  for (std::size_t i = 0; i < file.fitted.size(); ++i)
+    if (file.fitted[i] != FreeNumber::kDensity)
+      RequireSeen(file, file.fitted[i], input.At("fit").At(static_cast<int>(i)));
   return file;
 }
 

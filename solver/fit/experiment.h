@@ -16,14 +16,15 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
 #include "physics/simulation/rollout.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 
 // Numbers that were measured of a cloth, whatever mesh simulates it.
 struct Measurement {
   std::string name;  // "markers of corners.csv"
-  // Makes the readout of a mesh, which outlives it.
-  std::function<std::shared_ptr<const Readout>(const Mesh& mesh)> readout;
+  // Makes the readout of a cloth, which outlives it.
+  std::function<std::shared_ptr<const Readout>(const ClothModel& model)> readout;
   Eigen::VectorXd data = {};  // in the unit of the readout, shape [K]; empty: all are zero
   double sigma = 1.0;         // standard deviation of a number, in that unit
   // Takes the squared norm of each group of residuals (Readout::group); none: its square counts.
@@ -46,6 +47,7 @@ struct Experiment {
   std::optional<RolloutOptions> motion = {};
   Eigen::VectorXd velocity = {};  // empty: none
   Dynamics dynamics = {};         // damping and air; where fitted, before the fit
+  bool in_newtons = false;        // a force is measured, or known: a load
 };
 
 // Start `number` of an experiment, at rest: 0 … random_starts.
@@ -63,10 +65,11 @@ struct Sight {
   std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
   int frame = -1;                                  // of the run's frames; −1: its end
 };
-std::vector<Sight> MakeSights(const Experiment& experiment, const Mesh& mesh);
+std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model);
 
 // Residuals of one sight of one shape, shape [K]; nothing where it cannot be read.
-std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const Eigen::VectorXd& x);
+std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialField& material,
+                                             const Eigen::VectorXd& x);
 // Weighs the residuals of a sight, and rows of their Jacobian if not null, by √ρ' of its loss, so
 // that their squares give the normal equations of the loss to first order. Returns ½ Σ ρ.
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
@@ -74,10 +77,10 @@ double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
 
 // The distance of a shape at rest from what was measured: √(Σ ρ/N) of N independent residuals, 1
 // where they are as large as their standard deviations. Nothing where the shape cannot be read.
-std::optional<double> Misfit(const Experiment& experiment, const Mesh& mesh,
-                             const Eigen::VectorXd& x);
+std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
+                             const MaterialField& material, const Eigen::VectorXd& x);
 // N (Readout::num_independent).
-int CountResiduals(const Experiment& experiment, const Mesh& mesh);
+int CountResiduals(const Experiment& experiment, const ClothModel& model);
 
 // A file of experiments with one fabric.
 struct ExperimentFile {
@@ -85,12 +88,12 @@ struct ExperimentFile {
   double density = 0.0;                            // [kg/m²]; 0: that of `material`
   std::vector<Experiment> experiments;             // at least one
   std::vector<std::string> lab_measurements = {};  // files (ReadLabMeasurements)
-  std::vector<DynamicsEntry> fitted = {};          // damping and drag that are fitted
+  std::vector<FreeNumber> fitted = {};             // beside the tables
 };
 // Paths are relative to the folder of the file. Throws InputError (file, key, value, what was
 // expected):
 //   {"material": "fabric.json", "density": 0.12, "lab_tests": ["warp.json"],
-//    "fit": ["mass_damping", "stiffness_damping", "air_drag"] (with its tables),
+//    "fit": ["density", "air_drag", …] (FreeNumber, with its tables),
 //    "experiments": [{"name": "square", "mesh": "strip:0.3x0.3x20" (ParseMeshSpec),
 //      "scene": "two_corners.json" or the object (ReadScene), "start": "state.json" (ReadStart),
 //      "random_starts": 2, "measurements": […, …],
@@ -99,7 +102,9 @@ struct ExperimentFile {
 //      …]}
 // "motion": a cloth that moves from its start [s, m/s, Dynamics]; each of its measurements has a
 // "step". Its branch is not searched: where all experiments move, the fit begins at the start
-// tables.
+// tables. Fitted wind and velocity are those of all motions. Where the density is fitted no branch
+// is searched, and some number must be in newtons: a force, a load, a drag that is not fitted, or a
+// tensile test. Without one a cloth shows only its stiffnesses by its density.
 // A measurement is one of
 //   {"markers": "markers.csv", "sigma": 0.002}                  [m] (ReadMarkers)
 //   {"shape": "registered.obj", "sigma": 0.002}                 [m], a vertex of it for each of
@@ -110,6 +115,11 @@ struct ExperimentFile {
 //       [m] (ReadDepthMap, DepthReadout)
 //   {"silhouette": "side.png", "view": …, "half_width": 1, "sigma": 0.3}   coverage
 //   {"angle": 41.5, "tip": [3, 4], "clamp": [0, 0, 0], "along": [1, 0, 0], "sigma": 1}   [°]
+//   {"force": [0, 0, 0.2], "vertices": [0, 20], "sigma": 0.001}
+//   {"force": 0.2, "along": [0, 0, 1], "sigma": 0.001}
+//       [N] of these handles, by default of all, on the cloth (HandleForceReadout)
+//   {"frequencies": [2.1, 5.3], "modes": [1, 3], "sigma": 0.05}
+//       [Hz] at rest (FrequencyReadout); modes: by default 1, 2, …
 // each with an optional "loss": {"huber": 2}, {"cauchy": 2} or {"tukey": 4}, in units of sigma. A
 // view is a camera (CameraJson) or {"camera": …, "position": [m], "target": [m], "up": [0, 0, 1]}
 // (LookAt); a camera may be the path of its file.

@@ -188,28 +188,53 @@ MaterialField TableParametrisation::Jvp(const MaterialField& material,
   return direction;
 }
 
-double& DynamicsNumber(DynamicsEntry entry, Dynamics& dynamics) {
-  CHECK(entry == kByMassDamping || entry == kByStiffnessDamping || entry == kByAirDrag);
-  return entry == kByMassDamping        ? dynamics.mass_damping
-         : entry == kByStiffnessDamping ? dynamics.stiffness_damping
-                                        : dynamics.air_drag;
+int CountNumbers(const std::vector<FreeNumber>& free) {
+  int count = 0;
+  for (const FreeNumber number : free) count += IsVector(number) ? 3 : 1;
+  return count;
 }
 
-const char* NameFor(DynamicsEntry entry) {
-  return entry == kByMassDamping        ? "mass_damping"
-         : entry == kByStiffnessDamping ? "stiffness_damping"
-                                        : "air_drag";
+std::span<double> FindNumbers(FreeNumber number, MaterialField& material) {
+  Dynamics& moving = material.dynamics;
+  switch (number) {
+    case FreeNumber::kDensity:
+      return {&material.density, 1};
+    case FreeNumber::kMassDamping:
+      return {&moving.mass_damping, 1};
+    case FreeNumber::kStiffnessDamping:
+      return {&moving.stiffness_damping, 1};
+    case FreeNumber::kAirDrag:
+      return {&moving.air_drag, 1};
+    case FreeNumber::kWind:
+      return {&moving.wind.x, 3};
+    case FreeNumber::kVelocity:
+      return {};
+  }
+  LOG(FATAL) << "unknown number";
 }
 
 DynamicsParametrisation::DynamicsParametrisation(TableParametrisation table,
-                                                 std::vector<DynamicsEntry> fitted)
-    : table_(std::move(table)), fitted_(std::move(fitted)) {}
+                                                 std::vector<FreeNumber> free)
+    : table_(std::move(table)), free_(std::move(free)) {}
+
+// Calls visit(number, where it begins in θ).
+template <class Visit>
+void DynamicsParametrisation::ForEach(const Visit& visit) const {
+  Eigen::Index first = table_.size();
+  for (const FreeNumber number : free_) {
+    visit(number, first);
+    first += IsVector(number) ? 3 : 1;
+  }
+}
 
 MaterialField DynamicsParametrisation::Material(const Eigen::VectorXd& theta) const {
   MaterialField material = table_.Material(theta.head(table_.size()));
-  for (std::size_t i = 0; i < fitted_.size(); ++i)
-    DynamicsNumber(fitted_[i], material.dynamics) *=
-        std::exp(theta[table_.size() + static_cast<Eigen::Index>(i)]);
+  ForEach([&](FreeNumber number, Eigen::Index next) {
+    for (double& value : FindNumbers(number, material)) {
+      value = IsVector(number) ? value + theta[next] : value * std::exp(theta[next]);
+      ++next;
+    }
+  });
   return material;
 }
 
@@ -220,12 +245,26 @@ Eigen::MatrixXd DynamicsParametrisation::LogEntriesByTheta(const Eigen::VectorXd
 }
 
 Eigen::MatrixXd DynamicsParametrisation::DynamicsByTheta(const Eigen::VectorXd& theta) const {
-  Eigen::MatrixXd by_theta = Eigen::MatrixXd::Zero(kDynamicsEntries, size());
-  Dynamics here = Material(theta).dynamics;
-  for (std::size_t i = 0; i < fitted_.size(); ++i)
-    by_theta(fitted_[i], table_.size() + static_cast<Eigen::Index>(i)) =
-        DynamicsNumber(fitted_[i], here);
+  if (free_.empty()) return {};
+  Eigen::MatrixXd by_theta = Eigen::MatrixXd::Zero(kDynamicsEntries + 3, size());
+  MaterialField here = Material(theta);
+  ForEach([&](FreeNumber number, Eigen::Index first) {
+    static_assert(int(FreeNumber::kWind) == kByWind);
+    const int row = number == FreeNumber::kVelocity ? kDynamicsEntries : static_cast<int>(number);
+    if (IsVector(number))
+      by_theta.block<3, 3>(row, first).setIdentity();
+    else
+      by_theta(row, first) = FindNumbers(number, here).front();
+  });
   return by_theta;
+}
+
+Eigen::Vector3d DynamicsParametrisation::StartVelocity(const Eigen::VectorXd& theta) const {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  ForEach([&](FreeNumber number, Eigen::Index first) {
+    if (number == FreeNumber::kVelocity) velocity = theta.segment<3>(first);
+  });
+  return velocity;
 }
 
 RowMatrix DynamicsParametrisation::Vjp(const MaterialField& material,

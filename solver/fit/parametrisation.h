@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,13 @@ class MaterialParametrisation {
   virtual bool has_one_table() const { return false; }
   // ∂(log entries)/∂θ at θ, shape [39, P].
   virtual Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const;
-  // ∂(numbers of DynamicsEntry)/∂θ at θ, shape [7, P]; empty: θ does not change them.
+  // ∂(numbers of DynamicsEntry, then StartVelocity)/∂θ at θ, shape [10, P]; empty: θ does not
+  // change them.
   virtual Eigen::MatrixXd DynamicsByTheta(const Eigen::VectorXd&) const { return {}; }
+  // What θ adds to the velocity of all vertices where a motion begins [m/s].
+  virtual Eigen::Vector3d StartVelocity(const Eigen::VectorXd&) const {
+    return Eigen::Vector3d::Zero();
+  }
   // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
   // Material(θ).
   virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
@@ -84,29 +90,45 @@ class TableParametrisation final : public MaterialParametrisation {
   Eigen::MatrixXd tie_;
 };
 
-// A table, and after its numbers log factors of damping and drag on those of its base.
+// What may be free beside the tables, in the order of DynamicsEntry, then the velocity of all
+// vertices where motions begin.
+enum class FreeNumber { kDensity, kMassDamping, kStiffnessDamping, kAirDrag, kWind, kVelocity };
+constexpr auto EnumNames(FreeNumber) {
+  return MakeNames<FreeNumber>({{FreeNumber::kDensity, "density"},
+                                {FreeNumber::kMassDamping, "mass_damping"},
+                                {FreeNumber::kStiffnessDamping, "stiffness_damping"},
+                                {FreeNumber::kAirDrag, "air_drag"},
+                                {FreeNumber::kWind, "wind"},
+                                {FreeNumber::kVelocity, "velocity"}});
+}
+inline bool IsVector(FreeNumber number) { return number >= FreeNumber::kWind; }
+// How many numbers of θ they are: one, three of a vector.
+int CountNumbers(const std::vector<FreeNumber>& free);
+// Where a material has it, shape [1] or [3]; a velocity it has not.
+std::span<double> FindNumbers(FreeNumber number, MaterialField& material);
+
+// A table, and after its numbers those that are free: log factors on the base's, of which it has
+// more than zero, and of a vector what is added to it [m/s].
 class DynamicsParametrisation final : public MaterialParametrisation {
  public:
-  // fitted: kByMassDamping, kByStiffnessDamping, kByAirDrag; the base has more than zero of each.
-  DynamicsParametrisation(TableParametrisation table, std::vector<DynamicsEntry> fitted);
+  DynamicsParametrisation(TableParametrisation table, std::vector<FreeNumber> free);
 
-  int size() const override { return table_.size() + static_cast<int>(fitted_.size()); }
+  int size() const override { return table_.size() + CountNumbers(free_); }
   MaterialField Material(const Eigen::VectorXd& theta) const override;
   bool has_one_table() const override { return table_.has_one_table(); }
   Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const override;
   Eigen::MatrixXd DynamicsByTheta(const Eigen::VectorXd& theta) const override;
+  Eigen::Vector3d StartVelocity(const Eigen::VectorXd& theta) const override;
   RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
   MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
 
  private:
-  TableParametrisation table_;
-  std::vector<DynamicsEntry> fitted_;
-};
+  template <class Visit>
+  void ForEach(const Visit& visit) const;
 
-// The number of that entry, which is not one of the wind's or the density, and its name in files:
-// "mass_damping", "stiffness_damping", "air_drag".
-double& DynamicsNumber(DynamicsEntry entry, Dynamics& dynamics);
-const char* NameFor(DynamicsEntry entry);
+  TableParametrisation table_;
+  std::vector<FreeNumber> free_;
+};
 
 // Stretch tables from log factors, so that a table resists all strains whatever the factors are
 // [METHODS, P2]. A row resists where c11, c22, c33 > 0 and its coupling ρ = c12/√(c11·c22) is

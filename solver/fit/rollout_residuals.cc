@@ -10,14 +10,15 @@
 #include "losses/outline/outline.h"
 #include "losses/readout/outline_readouts.h"
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/dynamics.h"
 
 namespace drape {
 
-std::optional<double> MisfitRms(const Mesh& mesh, const Eigen::VectorXd& x,
-                                const Observation& observation) {
-  if (observation.experiment != nullptr) return Misfit(*observation.experiment, mesh, x);
+std::optional<double> MisfitRms(const ClothModel& model, const MaterialField& material,
+                                const Eigen::VectorXd& x, const Observation& observation) {
+  if (observation.experiment != nullptr) return Misfit(*observation.experiment, model, material, x);
   Outline outline;
-  if (!OutlineFromMesh(mesh, x, observation.outline_camera(),
+  if (!OutlineFromMesh(model.mesh, x, observation.outline_camera(),
                        static_cast<int>(observation.radius.size()), &outline))
     return std::nullopt;
   return ProfileRms(outline.radius, observation.radius);
@@ -40,10 +41,11 @@ int RolloutBlock::num_residuals() const {
 
 namespace {
 
-std::vector<Sight> MakeSights(const Observation& observation, const Mesh& mesh, double sigma_px) {
-  if (observation.experiment != nullptr) return MakeSights(*observation.experiment, mesh);
+std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& model,
+                              double sigma_px) {
+  if (observation.experiment != nullptr) return MakeSights(*observation.experiment, model);
   const auto readout = std::make_shared<OutlineReadout>(
-      mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
+      model.mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
   return {{.readouts = {readout}, .data = observation.radius, .sigma = sigma_px}};
 }
 
@@ -55,12 +57,11 @@ std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observa
   CHECK_EQ(observations.size(), starts.size());
   std::vector<RolloutBlock> blocks;
   for (std::size_t i = 0; i < observations.size(); ++i)
-    blocks.push_back(
-        {.runs = {{.backend = backend, .start = starts[i]}},
-         .sights = MakeSights(observations[i], backend->model().mesh, options.sigma_px),
-         .solve_mode = options.solve_mode,
-         .rollout = options.rollout,
-         .equilibrium = options.equilibrium});
+    blocks.push_back({.runs = {{.backend = backend, .start = starts[i]}},
+                      .sights = MakeSights(observations[i], backend->model(), options.sigma_px),
+                      .solve_mode = options.solve_mode,
+                      .rollout = options.rollout,
+                      .equilibrium = options.equilibrium});
   return blocks;
 }
 
@@ -80,6 +81,8 @@ RolloutResiduals::RolloutResiduals(const MaterialParametrisation* parametrisatio
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())) {
   CHECK(!blocks_.empty());
+  const Eigen::MatrixXd by_theta = parametrisation->DynamicsByTheta(theta_);
+  frees_density_ = by_theta.size() > 0 && !by_theta.row(kByDensity).isZero(0.0);
   for (const RolloutBlock& block : blocks_) {
     CHECK(parametrisation->has_one_table() || block.solve_mode == SolveMode::kStatic);
     CHECK(block.is_unique || !block.prepare) << "a branch is predicted under the fabric itself";
@@ -97,8 +100,19 @@ void RolloutResiduals::Rebind(Backend* backend) {
 
 bool RolloutResiduals::by_tangents(int block) const {
   return parametrisation_->has_one_table() &&
-         (blocks_[block].solve_mode == SolveMode::kDynamic ||
+         (blocks_[block].solve_mode == SolveMode::kDynamic || frees_density_ ||
           2 * blocks_[block].num_residuals() >= kMaterialEntries);
+}
+
+Eigen::MatrixXd RolloutResiduals::NumbersByTheta(int block) const {
+  const Eigen::MatrixXd more = parametrisation_->DynamicsByTheta(theta_);
+  Eigen::MatrixXd by_theta =
+      Eigen::MatrixXd::Zero(kMaterialEntries + kDynamicsEntries + 3, num_parameters());
+  by_theta.topRows<kMaterialEntries>() = parametrisation_->LogEntriesByTheta(theta_);
+  if (more.size() > 0) by_theta.bottomRows<kDynamicsEntries + 3>() = more;
+  // A block is of the fabric's density, or of another in proportion to it.
+  by_theta.row(kMaterialEntries + kByDensity) *= material(block).density / fabric_.density;
+  return by_theta;
 }
 
 void RolloutResiduals::PrepareForEvaluation(bool with_jacobians, bool) {
@@ -212,17 +226,20 @@ void RolloutResiduals::RunDynamic(const Batch& batch, bool with_jacobians) {
   Backend& backend = *run(batch.front()).backend;
   const RolloutOptions& options = blocks_[batch.front().block].rollout;
   std::vector<State> starts;
-  for (const Place& place : batch) starts.push_back(run(place).start);
+  const Eigen::Vector3d velocity = parametrisation_->StartVelocity(theta_);
+  for (const Place& place : batch) {
+    starts.push_back(run(place).start);
+    if (is_motion(place.block))
+      starts.back().v += velocity.replicate(starts.back().v.size() / 3, 1);
+  }
   std::vector<RolloutInput> inputs = MakeInputs(batch, starts);
   if (with_jacobians) {
     std::vector<const MaterialField*> weights;
     for (const Place& place : batch) weights.push_back(&material(place.block));
-    Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
-    if (const Eigen::MatrixXd more = parametrisation_->DynamicsByTheta(theta_); more.size() > 0) {
-      by_theta.conservativeResize(kMaterialEntries + more.rows(), Eigen::NoChange);
-      by_theta.bottomRows(more.rows()) = more;
-    }
-    const TangentOptions more{.dynamics = by_theta.rows() > kMaterialEntries};
+    const Eigen::MatrixXd all = NumbersByTheta(batch.front().block);
+    TangentOptions more{.dynamics = !all.bottomRows<kDynamicsEntries + 3>().isZero(0.0)};
+    if (!all.bottomRows<3>().isZero(0.0))
+      more.start_dv = Eigen::Matrix3d::Identity().replicate(backend.model().mesh.num_vertices(), 1);
     for (RolloutInput& input : inputs) input.tangent = &more;
     std::vector<TangentResult> results = backend.Tangents(inputs, weights, options);
     for (std::size_t k = 0; k < batch.size(); ++k) {
@@ -230,6 +247,7 @@ void RolloutResiduals::RunDynamic(const Batch& batch, bool with_jacobians) {
       RunResult& own = result(batch[k]);
       own = TakeRollout(std::move(rollout));
       if (!own.found) continue;
+      const Eigen::MatrixXd by_theta = all.topRows(results[k].dx.cols());
       own.x_by_theta = results[k].dx * by_theta;
       for (FrameTangent& frame : results[k].frames)
         own.frames_by_theta.push_back(std::exchange(frame, {}).dx * by_theta);
@@ -302,14 +320,18 @@ void RolloutResiduals::FindTangents(const Batch& batch) {
   const std::vector<State> drapes = ListDrapes(batch);
   std::vector<const MaterialField*> weights;
   for (const Place& place : batch) weights.push_back(&material(place.block));
-  const Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
+  const TangentOptions more{.dynamics = frees_density_};
+  std::vector<RolloutInput> inputs = MakeInputs(batch, drapes);
+  for (RolloutInput& input : inputs) input.tangent = &more;
   std::vector<RowMatrix> tangents =
-      run(batch.front()).backend->EquilibriumTangents(MakeInputs(batch, drapes), weights);
+      run(batch.front()).backend->EquilibriumTangents(inputs, weights);
   for (std::size_t k = 0; k < batch.size(); ++k) {
     result(batch[k]).found &= tangents[k].size() > 0;
     if (tangents[k].size() == 0) continue;
-    if (blocks_[batch[k].block].has_own_bend) tangents[k].rightCols(kBendEntries).setZero();
-    result(batch[k]).x_by_theta = tangents[k] * by_theta;
+    if (blocks_[batch[k].block].has_own_bend)
+      tangents[k].middleCols<kBendEntries>(kStretchEntries).setZero();
+    result(batch[k]).x_by_theta =
+        tangents[k] * NumbersByTheta(batch[k].block).topRows(tangents[k].cols());
   }
 }
 
@@ -328,7 +350,8 @@ std::optional<RowMatrix> RolloutResiduals::AdjointSeeds(const Place& place) cons
   for (const Sight& sight : block.sights) {
     Eigen::VectorXd r;
     ReadoutJacobian dr_dx;
-    if (!sight.readouts[place.run]->Read(x, &r, &dr_dx)) return std::nullopt;
+    if (!sight.readouts[place.run]->ReadCloth(material(place.block), x, &r, &dr_dx, nullptr))
+      return std::nullopt;
     const auto rows = static_cast<int>(r.size());
     seeds.middleCols(row, rows) =
         RowMatrix(dr_dx).transpose() / (sight.sigma * double(block.runs.size()));
@@ -423,13 +446,18 @@ void RolloutResiduals::FillResidual(int block, bool with_jacobian) {
       Eigen::VectorXd r;
       ReadoutJacobian dr_dx;
       const RunResult& run = evaluation.runs[k];
-      evaluation.valid &= sight.readouts[k]->Read(sight.frame < 0 ? run.x : run.frames[sight.frame],
-                                                  &r, by_x ? &dr_dx : nullptr);
+      MaterialJacobian dr_dp;
+      evaluation.valid &= sight.readouts[k]->ReadCloth(
+          material(block), sight.frame < 0 ? run.x : run.frames[sight.frame], &r,
+          by_x ? &dr_dx : nullptr, with_jacobian ? &dr_dp : nullptr);
       if (!evaluation.valid) {
         ++counts_.failed;
         return;
       }
       mean += r / runs;
+      if (dr_dp.size() > 0)
+        evaluation.jacobian.middleRows(row, rows) +=
+            dr_dp * NumbersByTheta(block).topRows(dr_dp.cols()) / (sight.sigma * runs);
       if (by_x)
         evaluation.jacobian.middleRows(row, rows) +=
             (dr_dx * (sight.frame < 0 ? run.x_by_theta : run.frames_by_theta[sight.frame])) /

@@ -80,8 +80,8 @@ void VisitFields(Options& options, Visitor&& visit) {
 // The distance of a drape from the outline of an observation: root mean square over the angles
 // [px]; from an experiment: its Misfit. x: [m], shape [3V]. None where the drape has no outline
 // (OutlineFromMesh) or cannot be read.
-std::optional<double> MisfitRms(const Mesh& mesh, const Eigen::VectorXd& x,
-                                const Observation& observation);
+std::optional<double> MisfitRms(const ClothModel& model, const MaterialField& material,
+                                const Eigen::VectorXd& x, const Observation& observation);
 
 struct RolloutCounts {
   int rollouts = 0;
@@ -120,7 +120,7 @@ struct RolloutBlock {
 // Evaluates the residuals of all blocks at one θ: one material. The runs of a backend are one batch
 // before Ceres calls the cost functions. A block takes adjoints where it has fewer residuals than
 // half the entries of a table, since tangents also predict shapes, or where each element has a
-// table (SolveMode::kStatic only); else tangents.
+// table (SolveMode::kStatic only); else tangents, and where the density is free.
 class RolloutResiduals : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object. Many drapes are stable, and the start of a run says which of them
@@ -215,6 +215,8 @@ class RolloutResiduals : public ceres::EvaluationCallback {
     return blocks_[block].is_unique && blocks_[block].solve_mode == SolveMode::kDynamic;
   }
   bool by_tangents(int block) const;
+  // ∂(log entries, numbers of DynamicsEntry, velocity at the start)/∂θ of a block, shape [49, P].
+  Eigen::MatrixXd NumbersByTheta(int block) const;
   std::vector<Batch> ListBatches() const;
   std::vector<RolloutInput> MakeInputs(const Batch& batch, const std::vector<State>& starts) const;
   std::vector<State> ListDrapes(const Batch& batch) const;
@@ -245,6 +247,7 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   std::vector<RolloutBlock> blocks_;
   std::vector<int> first_row_;  // of each block, and the number of all rows
   ResidualOptions options_;
+  bool frees_density_ = false;
   Eigen::VectorXd theta_, evaluated_theta_;
   MaterialField fabric_;                 // at the point of the evaluation
   std::vector<MaterialField> prepared_;  // of the blocks that prepare it

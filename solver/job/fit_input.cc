@@ -560,6 +560,25 @@ void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
   }
 }
 
+// A density is seen beside a force alone [MODEL, M68].
+void RequireNewtons(const ExperimentFile& file, const std::vector<LabMeasurement>& measurements,
+                    const std::string& path) {
+  const bool fits_drag = std::ranges::count(file.fitted, FreeNumber::kAirDrag) > 0;
+  const bool found =
+      std::ranges::any_of(file.experiments,
+                          [&](const Experiment& each) {
+                            return each.in_newtons || (each.dynamics.air_drag > 0.0 && !fits_drag);
+                          }) ||
+      std::ranges::any_of(measurements, [](const LabMeasurement& each) {
+        return each.kind == LabMeasurementKind::kTensile;
+      });
+  if (!found)
+    throw InputError(path,
+                     "key 'fit': found density and no number in newtons, expected a force, a load, "
+                     "a known air_drag or a tensile test: without one only stiffness by density "
+                     "is seen");
+}
+
 FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
   CheckExperiment(spec, given);
   const ReadRecord record;
@@ -572,9 +591,12 @@ FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(file.lab_measurements);
   const double density = FindDensity(data, measurements, &input.notes);
-  input.density_is_given = density > 0.0;
-  const auto at_rest = std::find_if(file.experiments.begin(), file.experiments.end(),
-                                    [](const Experiment& each) { return !each.motion; });
+  const bool fits_density = std::ranges::count(file.fitted, FreeNumber::kDensity) > 0;
+  if (fits_density) RequireNewtons(file, measurements, given.experiment);
+  input.density_is_given = density > 0.0 || fits_density;
+  const auto at_rest =
+      std::find_if(file.experiments.begin(), file.experiments.end(),
+                   [&](const Experiment& each) { return !each.motion && !fits_density; });
   if (at_rest != file.experiments.end()) {
     input.problem.observations = {MakeExperimentObservation(std::move(*at_rest), given.experiment)};
     file.experiments.erase(at_rest);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -33,19 +34,23 @@ constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 
 // table in that of other models.
 constexpr double kFitShare = 0.9, kTableShare = 0.4;
 
+void AddStartVelocity(const Eigen::Vector3d& change, FitProblem& problem) {
+  for (SettledExperiment& each : problem.further)
+    if (each.experiment->motion) each.start.v += change.replicate(each.start.v.size() / 3, 1);
+}
+
 // Fits laboratory measurements and motions alone: few parameters first, since far from the solution
 // single entries are changed into tables that no strip resists. First scales about the start
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
 // a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
 // not.
-FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
-                          const FitOptions& options, const FitProblem& problem,
-                          MaterialField* fitted, std::string* note) {
+FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
+                          std::string* note) {
   FitSummary best;
-  MaterialField base = start;
+  MaterialField base = problem.material;
   Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
-  Eigen::VectorXd of_dynamics =
-      Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.fitted.size()));
+  Eigen::VectorXd of_others = Eigen::VectorXd::Zero(CountNumbers(problem.fitted));
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double seconds = 0.0;
   const std::vector<ParameterTying> stages =
       FreesStretch(last)
@@ -59,7 +64,7 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
                                FurtherBlocks(problem, options.trust_region.cancel), {});
     Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size())
         << MeanLogFactors(tie, log_factors),
-        of_dynamics;
+        of_others;
     FitSummary summary = Fit(residuals, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
@@ -68,15 +73,18 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
       break;
     }
     best = std::move(summary);
-    *fitted = parametrisation.Material(best.theta);
+    problem.material = parametrisation.Material(best.theta);
+    velocity = parametrisation.StartVelocity(best.theta);
     if (best.termination == FitTermination::kCancelled || tying == last) break;
     if (tying == stages[0]) {
-      base = *fitted;
+      base = problem.material;
+      AddStartVelocity(std::exchange(velocity, Eigen::Vector3d::Zero()), problem);
     } else {
       log_factors = tie * best.theta.head(table.size());
-      of_dynamics = best.theta.tail(of_dynamics.size());
+      of_others = best.theta.tail(of_others.size());
     }
   }
+  AddStartVelocity(velocity, problem);
   best.seconds = seconds;
   return best;
 }
@@ -98,10 +106,8 @@ std::optional<FitSummary> FitLab(StagedFitOptions& stages, FitInput& input,
   options.trust_region.progress = [&](const FitIteration& iteration) {
     control.Report(double(iteration.iteration) / kLabIterations, "laboratory measurements");
   };
-  const MaterialField start = input.problem.material;
   std::string note;
-  FitSummary fit =
-      FitLabInStages(start, stages.parameters, options, problem, &problem.material, &note);
+  FitSummary fit = FitLabInStages(stages.parameters, options, problem, &note);
   if (!note.empty()) input.notes.push_back(note);
   if (fit.termination == FitTermination::kFailed) {
     problem.strips = nullptr;
@@ -227,8 +233,8 @@ Eigen::MatrixXd ProjectOut(const Eigen::MatrixXd& jacobian, Eigen::Index others,
 // The fit of strips and motions ends with the last of its stages that succeeds.
 void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   const FitSummary& fit = *report.lab_fit;
-  const auto others = static_cast<Eigen::Index>(problem.fitted.size());
-  const Eigen::MatrixXd jacobian = ProjectOut(fit.jacobian, others, spec.stages.prior_sigma);
+  const Eigen::MatrixXd jacobian =
+      ProjectOut(fit.jacobian, CountNumbers(problem.fitted), spec.stages.prior_sigma);
   const Eigen::MatrixXd tie =
       TyingMatrix(ParseName<ParameterTying>(std::to_string(jacobian.cols()), "num_parameters"));
   const WeightedRows rows = problem.further.empty() ? WeightedRows{.jacobian = jacobian}
@@ -237,7 +243,7 @@ void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport&
              JudgeByLaplace(report.material, tie, rows, spec.stages.prior_sigma), report);
 }
 
-// Damping and drag with the deviation of their logarithms by the Laplace approximation.
+// What was fitted beside the tables, with its deviation by the Laplace approximation.
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
   const WeightedRows rows = ExperimentRows(report, report.lab_fit->jacobian);
@@ -247,12 +253,19 @@ void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& r
   if (rows.jacobian.size() > 0)
     information += rows.outline_weight * rows.jacobian.transpose() * rows.jacobian;
   const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
-  Dynamics fitted = problem.material.dynamics;
-  const Eigen::Index first = deviation.size() - static_cast<Eigen::Index>(problem.fitted.size());
-  for (std::size_t i = 0; i < problem.fitted.size(); ++i)
-    report.dynamics.push_back({.entry = problem.fitted[i],
-                               .value = DynamicsNumber(problem.fitted[i], fitted),
-                               .log_sd = deviation[first + static_cast<Eigen::Index>(i)]});
+  MaterialField fitted = problem.material;
+  Eigen::Index next = count - CountNumbers(problem.fitted);
+  for (const FreeNumber number : problem.fitted) {
+    const std::span<double> found = FindNumbers(number, fitted);
+    std::vector<double> values(found.begin(), found.end());
+    for (const SettledExperiment& each : problem.further)
+      if (number == FreeNumber::kVelocity && each.experiment->motion)
+        values = {each.start.v[0], each.start.v[1], each.start.v[2]};
+    const Eigen::VectorXd own = deviation.segment(next, static_cast<Eigen::Index>(values.size()));
+    next += own.size();
+    report.dynamics.push_back(
+        {.number = number, .values = std::move(values), .sd = {own.begin(), own.end()}});
+  }
 }
 
 // Without a candidate: the fit of the laboratory measurements.

@@ -343,8 +343,13 @@ ordered_json ExperimentsJson(const FitProblem& problem, const FitReport& report)
                             {"misfit_sigma", each.misfit},
                             {"largest_sigma", each.largest}});
   ordered_json json = {{"measurements", measurements}};
-  for (const DynamicsReport& each : report.dynamics)
-    json["dynamics"][NameFor(each.entry)] = {{"value", each.value}, {"log_sd", each.log_sd}};
+  for (const DynamicsReport& each : report.dynamics) {
+    ordered_json& of = json["dynamics"][ToString(each.number)];
+    if (IsVector(each.number))
+      of = {{"value", each.values}, {"sd", each.sd}};
+    else
+      of = {{"value", each.values[0]}, {"log_sd", each.sd[0]}};
+  }
   if (report.drapes.empty()) return json;
   const DrapeReport& drape = report.drapes.front();
   json["drape"] = {{"experiment", problem.observations.front().name},
@@ -481,9 +486,13 @@ std::string MeasurementTable(const FitReport& report) {
     table += Format("%-16.16s %8d %12.2f %10.1f  %s\n", each.experiment.c_str(), each.count,
                     each.misfit, each.largest, each.name.c_str());
   for (const DynamicsReport& each : report.dynamics)
-    table += Format("  %-22s %10.4g (%.4g ... %.4g)\n", NameFor(each.entry), each.value,
-                    each.value * std::exp(-kQuantile90 * each.log_sd),
-                    each.value * std::exp(kQuantile90 * each.log_sd));
+    for (std::size_t i = 0; i < each.values.size(); ++i) {
+      const double value = each.values[i], far = kQuantile90 * each.sd[i];
+      const bool is_vector = IsVector(each.number);
+      table += Format("  %-22s %10.4g (%.4g ... %.4g)\n", ToString(each.number), value,
+                      is_vector ? value - far : value * std::exp(-far),
+                      is_vector ? value + far : value * std::exp(far));
+    }
   return table;
 }
 
@@ -594,9 +603,9 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                        .largest = residual.cwiseAbs().maxCoeff()});
   };
   if (const Experiment* searched = FindExperiment(problem)) {
-    const std::vector<Sight> sights = MakeSights(*searched, problem.fine->model().mesh);
+    const std::vector<Sight> sights = MakeSights(*searched, problem.fine->model());
     for (std::size_t i = 0; i < sights.size(); ++i)
-      if (const auto residual = ReadResiduals(sights[i], shapes.front()))
+      if (const auto residual = ReadResiduals(sights[i], material, shapes.front()))
         add(*searched, i, sights[i], *residual);
   }
   FitProblem without_strips = problem;

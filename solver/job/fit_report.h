@@ -77,10 +77,11 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                                                   const std::vector<Eigen::VectorXd>& shapes,
                                                   const MaterialField& material);
 
-// Damping or drag that was fitted, and the standard deviation of its logarithm.
+// What was fitted beside the tables, and the standard deviation of its logarithm, or of the
+// coordinates of a vector [m/s].
 struct DynamicsReport {
-  DynamicsEntry entry = kByMassDamping;
-  double value = 0.0, log_sd = 0.0;
+  FreeNumber number = FreeNumber::kDensity;
+  std::vector<double> values, sd;  // shape [1], or [3] of a vector
 };
 
 // All results of a fit, before they are written.

@@ -31,13 +31,13 @@ double RootMeanSquare(const std::vector<double>& values) {
 // ½ Σ residual², prior included, from the misfit of each observation's drape (MisfitRms); none
 // where a further block cannot be computed.
 std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
-                                  const Mesh& mesh, const FitCandidate& candidate,
+                                  const ClothModel& model, const FitCandidate& candidate,
                                   const std::vector<double>& profile_rms) {
   double squares = (candidate.theta / options.prior_sigma).squaredNorm();
   for (std::size_t i = 0; i < profile_rms.size(); ++i) {
     const Observation& observation = problem.observations[i];
     squares += observation.experiment != nullptr
-                   ? CountResiduals(*observation.experiment, mesh) * std::pow(profile_rms[i], 2)
+                   ? CountResiduals(*observation.experiment, model) * std::pow(profile_rms[i], 2)
                    : static_cast<double>(observation.radius.size()) *
                          std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
   }
@@ -82,7 +82,7 @@ double CandidateFitter::SettleBest(const MaterialField& material, int i, double 
     const Observation& observation = problem_.observations[i];
     const Observation seen = mirrored ? observation.Mirrored() : observation;
     Eigen::VectorXd x = SettleStart(material, seen, lift, task);
-    const double rms = ComputeProfileRms(seen, x).value_or(kNoDrape);
+    const double rms = ComputeProfileRms(seen, material, x).value_or(kNoDrape);
     if (!(rms < most)) continue;
     most = rms;
     task.candidate.mirrored[i] = mirrored;
@@ -99,16 +99,19 @@ SettleOptions CandidateFitter::CancellableSettle() const {
 
 // Returns nothing where there is no drape or no outline.
 std::optional<double> CandidateFitter::ComputeProfileRms(const Observation& observation,
+                                                         const MaterialField& material,
                                                          const Eigen::VectorXd& x) const {
   if (x.size() == 0) return std::nullopt;
-  return MisfitRms(fine_.model().mesh, x, observation);
+  return MisfitRms(fine_.model(), material, x, observation);
 }
 
 std::vector<double> CandidateFitter::ListProfileRms(const FitCandidate& candidate) const {
   const std::vector<Observation> observations = LaidObservations(problem_, candidate);
+  const MaterialField material = FittedMaterial(options_, candidate);
   std::vector<double> errors;
   for (std::size_t i = 0; i < candidate.shapes.size(); ++i) {
-    const std::optional<double> rms = ComputeProfileRms(observations[i], candidate.shapes[i]);
+    const std::optional<double> rms =
+        ComputeProfileRms(observations[i], material, candidate.shapes[i]);
     if (!rms) return {};
     errors.push_back(*rms);
   }
@@ -145,7 +148,7 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
   }
   const std::optional<double> cost =
       errors.empty() ? std::nullopt
-                     : ComputeCost(problem_, options_, fine_.model().mesh, candidate, errors);
+                     : ComputeCost(problem_, options_, fine_.model(), candidate, errors);
   if (!cost) {
     candidate.shapes.clear();
     return Log(task, "its drapes are not stable on %d vertices", fine_.model().mesh.num_vertices());
@@ -178,9 +181,9 @@ void CandidateFitter::RetryGuesses(CandidateTask& task) const {
 
 void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
                                    CandidateTask& task) const {
-  double best =
-      ComputeProfileRms(LaidObservations(problem_, task.candidate)[i], task.candidate.shapes[i])
-          .value_or(kNoDrape);
+  double best = ComputeProfileRms(LaidObservations(problem_, task.candidate)[i], material,
+                                  task.candidate.shapes[i])
+                    .value_or(kNoDrape);
   for (const double lift : options_.grid.lifts) {
     const double most = kRetryGain * best, rms = SettleBest(material, i, lift, most, task);
     if (rms == most) continue;

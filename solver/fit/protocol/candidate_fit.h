@@ -58,6 +58,7 @@ class CandidateFitter {
   void SettleCarried(const std::vector<State>& starts, CandidateTask& task) const;
   void RetryGuesses(const MaterialField& material, int i, CandidateTask& task) const;
   std::optional<double> ComputeProfileRms(const Observation& observation,
+                                          const MaterialField& material,
                                           const Eigen::VectorXd& x) const;
   // Empty where a shape has no outline.
   std::vector<double> ListProfileRms(const FitCandidate& candidate) const;

@@ -37,7 +37,8 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].status != RolloutStatus::kOk) continue;
-    const std::optional<double> rms = MisfitRms(coarse.model().mesh, results[i].end.x, observation);
+    const std::optional<double> rms =
+        MisfitRms(coarse.model(), material, results[i].end.x, observation);
     if (rms) trials.push_back({options.lifts[i], *rms});
   }
   std::stable_sort(trials.begin(), trials.end(),

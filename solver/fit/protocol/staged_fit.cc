@@ -384,7 +384,7 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
   for (const SettledExperiment& each : problem.further) {
     const std::shared_ptr<Backend> backend = MakeCpuBackend(each.model, 1);
     RolloutBlock block{.runs = {{.backend = backend.get(), .start = each.start, .owned = backend}},
-                       .sights = MakeSights(*each.experiment, each.model->mesh),
+                       .sights = MakeSights(*each.experiment, *each.model),
                        .equilibrium = {.cancel = cancel},
                        .is_unique = true};
     if (each.experiment->motion) {
@@ -393,10 +393,11 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
       block.rollout.cancel = cancel;
       block.prepare = [experiment = each.experiment,
                        fitted = problem.fitted](MaterialField fabric) {
-        Dynamics of_fabric = std::exchange(fabric.dynamics, experiment->dynamics);
-        for (const DynamicsEntry entry : fitted)
-          DynamicsNumber(entry, fabric.dynamics) = DynamicsNumber(entry, of_fabric);
-        return fabric;
+        MaterialField moving = fabric;
+        moving.dynamics = experiment->dynamics;
+        for (const FreeNumber number : fitted)
+          std::ranges::copy(FindNumbers(number, fabric), FindNumbers(number, moving).begin());
+        return moving;
       };
     }
     blocks.push_back(std::move(block));

@@ -53,8 +53,8 @@ struct FitProblem {
   std::vector<int> specimens = {};
   const Strips* strips = nullptr;  // laboratory measurements, fitted jointly where given
   std::vector<SettledExperiment> further = {};  // of the same fabric, fitted jointly
-  // Damping and drag that are fitted before the search, from those of `material`.
-  std::vector<DynamicsEntry> fitted = {};
+  // Numbers that are fitted before the search, from those of `material` and of the starts.
+  std::vector<FreeNumber> fitted = {};
 };
 
 struct StagedFitOptions {

@@ -238,8 +238,8 @@ class Problem {
             {"failed", run.failed}};
   }
 
-  double RmsPx(const Eigen::VectorXd& x) const {
-    return MisfitRms(input_.fine.model->mesh, x, input_.problem.observations.front())
+  double RmsPx(const MaterialField& material, const Eigen::VectorXd& x) const {
+    return MisfitRms(*input_.fine.model, material, x, input_.problem.observations.front())
         .value_or(std::numeric_limits<double>::infinity());
   }
 
@@ -254,8 +254,8 @@ class Problem {
     std::vector<int> coordinates;
     for (const double x : shape)
       coordinates.push_back(static_cast<int>(std::lround(x / kMicrometre)));
-    return {{"rms_px", RmsPx(shape)},
-            {"settled_rms_px", RmsPx(nudged.x)},
+    return {{"rms_px", RmsPx(material, shape)},
+            {"settled_rms_px", RmsPx(material, nudged.x)},
             {"drift_m", nudged.drift},
             {"coupling", LargestSquaredCoupling(material.stretch.front())},
             {"lowest_eigenvalue", lowest.size() > 0 ? lowest[0] : 0.0},

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "losses/readout/place_readouts.h"
+#include "losses/readout/scene_readouts.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
@@ -29,6 +30,14 @@ class ExperimentFileTest : public FileFixture {
   Experiment Read(const std::string& measurements) const {
     return std::move(ReadExperiments(WithMeasurements(measurements)).experiments.front());
   }
+  static ClothModel MakeModel(const Experiment& experiment, const Mesh& mesh) {
+    return {mesh, experiment.scene, MakeLaw("smooth")};
+  }
+  static ClothModel MakeModel(const Experiment& experiment) {
+    return MakeModel(experiment, experiment.mesh);
+  }
+
+  const MaterialField material_ = LinearMaterial(200.0, 5e-5, 0.15);
 };
 
 TEST_F(ExperimentFileTest, MarkersAreReadWhereTheyAreOnTheCloth) {
@@ -38,16 +47,17 @@ TEST_F(ExperimentFileTest, MarkersAreReadWhereTheyAreOnTheCloth) {
   EXPECT_EQ(experiment.name, "experiment_1");
   ASSERT_TRUE(experiment.scene.handles);
   EXPECT_EQ(experiment.scene.handles->vertices, (std::vector{0, 4}));
-  const std::vector<Sight> sights = MakeSights(experiment, experiment.mesh);
+  const ClothModel model = MakeModel(experiment);
+  const std::vector<Sight> sights = MakeSights(experiment, model);
   ASSERT_EQ(sights.size(), 1u);
   EXPECT_EQ(sights[0].readouts.front()->group(), 3);
-  const Eigen::VectorXd residual = ReadResiduals(sights[0], experiment.mesh.rest_x).value();
+  const Eigen::VectorXd residual = ReadResiduals(sights[0], material_, model.mesh.rest_x).value();
   EXPECT_LT((residual.head(3) - Eigen::Vector3d(-1, -2, 3)).norm(), 1e-9);
   EXPECT_LT(residual.tail(3).norm(), 1e-9);
   // The first marker is √14 sigma away: by Huber's loss of width 2, ρ = 2·2·√14 − 4.
-  EXPECT_NEAR(Misfit(experiment, experiment.mesh, experiment.mesh.rest_x).value(),
+  EXPECT_NEAR(Misfit(experiment, model, material_, model.mesh.rest_x).value(),
               std::sqrt((4 * std::sqrt(14.0) - 4) / 6), 1e-9);
-  EXPECT_EQ(CountResiduals(experiment, experiment.mesh), 6);
+  EXPECT_EQ(CountResiduals(experiment, model), 6);
 }
 
 TEST_F(ExperimentFileTest, ARegisteredShapeIsAStartOfItsOwn) {
@@ -57,13 +67,13 @@ TEST_F(ExperimentFileTest, ARegisteredShapeIsAStartOfItsOwn) {
   WriteObj(Path("scan.obj"), mesh, x);
   const Experiment experiment = Read(R"({"shape": "scan.obj", "sigma": 0.002})");
   EXPECT_LT((experiment.start - x).norm(), 1e-6);
-  EXPECT_LT(Misfit(experiment, mesh, x).value(), 1e-3);
+  EXPECT_LT(Misfit(experiment, MakeModel(experiment), material_, x).value(), 1e-3);
   // On another mesh of the cloth too.
   const Mesh finer = ParseMeshSpec("strip:0.2x0.2x8");
   Eigen::VectorXd same = finer.rest_x;
   for (Eigen::Index i = 2; i < same.size(); i += 3) same[i] = -0.1 * same[i - 2];
-  EXPECT_LT(Misfit(experiment, finer, same).value(), 1e-3);
-  const ClothModel model(finer, experiment.scene, MakeLaw("smooth"));
+  const ClothModel model = MakeModel(experiment, finer);
+  EXPECT_LT(Misfit(experiment, model, material_, same).value(), 1e-3);
   EXPECT_LT((MakeStart(experiment, model, 0).x - same).norm(), 1e-6);
   EXPECT_EQ(StartNumber(experiment, ListStarts(experiment)[2]), 2);
 }
@@ -72,12 +82,107 @@ TEST_F(ExperimentFileTest, PointsDrawClothAndClothDrawsPoints) {
   Write("p.csv", "x,y,z\n0.1,0.0,0.003\n0.05,0.05,0.0\n");
   const Experiment experiment =
       Read(R"({"points": "p.csv", "sigma": 0.001, "spacing": 0.02, "max_distance": 0.05})");
-  const std::vector<Sight> sights = MakeSights(experiment, experiment.mesh);
+  const ClothModel model = MakeModel(experiment);
+  const std::vector<Sight> sights = MakeSights(experiment, model);
   ASSERT_EQ(sights.size(), 2u);
   EXPECT_EQ(sights[0].data.size(), 6);
   EXPECT_EQ(sights[1].data.size(), experiment.mesh.num_vertices());
-  const Eigen::VectorXd residual = ReadResiduals(sights[0], experiment.mesh.rest_x).value();
+  const Eigen::VectorXd residual = ReadResiduals(sights[0], material_, model.mesh.rest_x).value();
   EXPECT_NEAR(residual.norm(), 3.0, 1e-9);
+}
+
+TEST_F(ExperimentFileTest, ForcesAndFrequenciesAreOfTheScene) {
+  const Experiment experiment = Read(
+      R"({"force": [0, 0, 0.01], "sigma": 0.001}, {"force": 0.02, "along": [0, 0, 2], "vertices": [4],
+          "sigma": 0.01}, {"frequencies": [2.5, 4], "modes": [1, 3], "sigma": 0.1})");
+  ClothModel model = MakeModel(experiment);
+  Eigen::VectorXd x = model.mesh.rest_x;
+  x[2] -= 1e-6;
+  x[14] -= 2e-6;
+  const std::vector<Sight> sights = MakeSights(experiment, model);
+  ASSERT_EQ(sights.size(), 3u);
+  EXPECT_TRUE(experiment.in_newtons);
+  EXPECT_LT((*ReadResiduals(sights[0], material_, x) - Eigen::Vector3d(0, 0, 20)).norm(), 1e-9);
+  EXPECT_NEAR((*ReadResiduals(sights[1], material_, x))[0], 0.0, 1e-9);
+  EXPECT_EQ(sights[2].readouts.front()->size(), 2);
+  EXPECT_EQ(sights[2].data, Eigen::Vector2d(2.5, 4));
+}
+
+// A fitted number that no experiment shows is refused.
+TEST_F(ExperimentFileTest, WhatIsFittedHasToBeSeen) {
+  const auto read = [&](const std::string& fit, const std::string& more,
+                        const std::string& measurement) {
+    return ReadExperiments(
+        Write("e.json", R"({"fit": [")" + fit +
+                            R"("], "experiments": [{"mesh": "strip:0.2x0.2x4",)" + R"("scene": )" +
+                            kScene + more + R"(, "measurements": [)" + measurement + "]}]}"));
+  };
+  const std::string force = R"({"force": 1, "along": [0, 0, 1], "sigma": 0.1})",
+                    angle = R"({"angle": 30, "tip": [4], "clamp": [0, 0, 0], "along": [1, 0, 0],
+                                "sigma": 1, "step": 2})";
+  EXPECT_EQ(read("density", "", force).fitted, std::vector{FreeNumber::kDensity});
+  EXPECT_INPUT_ERROR(read("mass", "", force), "density, mass_damping, stiffness_damping");
+  EXPECT_INPUT_ERROR(read("velocity", "", force), "none without a motion");
+  const std::string still = R"(, "motion": {"steps": 2, "time_step": 0.01})";
+  EXPECT_EQ(read("velocity", still, angle).fitted, std::vector{FreeNumber::kVelocity});
+  EXPECT_INPUT_ERROR(read("wind", still, angle), "air_drag");
+  EXPECT_INPUT_ERROR(read("air_drag", still, angle), "a start value of it");
+  EXPECT_INPUT_ERROR(read("velocity", still, R"({"frequencies": [2], "sigma": 1, "step": 2})"),
+                     "expected a cloth at rest");
+}
+
+// All derivatives of one cloth whose density is free, at rest and in motion, by differences.
+TEST(FreeNumbers, ResidualsHaveTheirDerivatives) {
+  const auto model = std::make_shared<const ClothModel>(
+      MakeStrip(0.12, 0.04, 8, 3), CantileverScene(0.016, 9.81), MakeLaw("smooth"));
+  const auto backend = MakeCpuBackend(model, 1);
+  MaterialField base = test::TestMaterial();
+  base.dynamics = {.mass_damping = 1.0, .air_drag = 0.8, .wind = {0.5, 1.0, 2.0}};
+  const auto sight = [&](std::shared_ptr<const Readout> readout) {
+    return Sight{.readouts = {readout}, .data = Eigen::VectorXd::Zero(readout->size())};
+  };
+  RolloutBlock rest{
+      .runs = {{.backend = backend.get(), .start = {}}},
+      .sights = {sight(std::make_shared<FrequencyReadout>(*model, std::vector{1, 2})),
+                 sight(std::make_shared<HandleForceReadout>(*model, std::vector{model->held[0]},
+                                                            Eigen::Matrix3d::Identity()))},
+      .is_unique = true};
+  rest.prepare = [](MaterialField fabric) {
+    fabric.density *= 0.7;
+    return fabric;
+  };
+  RolloutBlock motion{.runs = {{.backend = backend.get(), .start = model->RestState()}},
+                      .sights = {sight(std::make_shared<PositionReadout>(model->mesh))},
+                      .solve_mode = SolveMode::kDynamic,
+                      .rollout = {.h = 0.02, .steps = 6},
+                      .is_unique = true};
+  using enum FreeNumber;
+  const TableParametrisation table(base, ParameterTying::kScales);
+  const DynamicsParametrisation all(table, {kVelocity, kDensity, kMassDamping, kAirDrag, kWind}),
+      only_table(table, {});
+  const auto check = [](const MaterialParametrisation& parametrisation, const RolloutBlock& block,
+                        double tolerance) {
+    RolloutResiduals residuals(&parametrisation, {block}, {});
+    residuals.PrepareForEvaluation(true, true);
+    ASSERT_TRUE(residuals.all_valid());
+    const RowMatrix jacobian = residuals.jacobian(0);
+    for (int i = 0; i < residuals.num_parameters(); ++i) {
+      constexpr double kStep = 1e-4;
+      Eigen::VectorXd at[2];
+      for (const int side : {0, 1}) {
+        residuals.theta()[i] = side == 0 ? kStep : -kStep;
+        residuals.PrepareForEvaluation(false, true);
+        ASSERT_TRUE(residuals.all_valid());
+        at[side] = residuals.residual(0);
+      }
+      residuals.theta()[i] = 0.0;
+      const Eigen::VectorXd differences = (at[0] - at[1]) / (2 * kStep);
+      EXPECT_LT((jacobian.col(i) - differences).norm(), tolerance * jacobian.norm()) << i;
+    }
+  };
+  check(all, rest, 1e-5);
+  check(only_table, rest, 1e-5);
+  check(all, motion, 1e-6);
 }
 
 TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
@@ -98,6 +203,14 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   EXPECT_INPUT_ERROR(
       Read(R"({"angle": 30, "tip": [4], "clamp": [0, 0, 0], "along": [1, 0, 1], "sigma": 1})"),
       "a horizontal direction");
+  EXPECT_INPUT_ERROR(Read(R"({"force": 1, "along": [0, 0, 0], "sigma": 1})"), "a direction");
+  EXPECT_INPUT_ERROR(Read(R"({"force": [0, 1], "sigma": 1})"), "force");
+  EXPECT_INPUT_ERROR(Read(R"({"force": [0, 1, 2], "vertices": [0, 3], "sigma": 1})"),
+                     "vertices[1]");
+  EXPECT_INPUT_ERROR(Read(R"({"frequencies": [], "sigma": 1})"), "at least one frequency");
+  EXPECT_INPUT_ERROR(Read(R"({"frequencies": [2, -1], "sigma": 1})"), "each more than 0");
+  EXPECT_INPUT_ERROR(Read(R"({"frequencies": [2, 3], "modes": [1], "sigma": 1})"), "modes");
+  EXPECT_INPUT_ERROR(Read(R"({"frequencies": [2], "modes": [0], "sigma": 1})"), "modes[0]");
   std::string points = "x,y,z\n";
   for (int i = 0; i < 90000; ++i) points += "0,0,0\n";
   Write("many.csv", points);

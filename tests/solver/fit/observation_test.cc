@@ -23,15 +23,15 @@ Observation ObserveStar(const Camera& camera) {
 // A photograph of any resolution gives the outline and the error of the published scale.
 TEST(Observation, ComparesOutlinesAtThePublishedScale) {
   const test::FakeBackend backend;
-  const Eigen::VectorXd drape = backend.Shape(test::TestMaterial());
+  const MaterialField material = test::TestMaterial();
+  const Eigen::VectorXd drape = backend.Shape(material);
   const Observation published = ObserveStar(Camera());
   const Observation photograph = ObserveStar(PhotographCamera());
   ASSERT_GT(photograph.camera.scale, 2 * published.camera.scale);
   EXPECT_LT((photograph.radius - published.radius).cwiseAbs().maxCoeff(), 0.25);
-  const Mesh& mesh = backend.model().mesh;
-  const double error = *MisfitRms(mesh, drape, published);
+  const double error = *MisfitRms(backend.model(), material, drape, published);
   EXPECT_GT(error, 1);
-  EXPECT_NEAR(*MisfitRms(mesh, drape, photograph), error, 0.05);
+  EXPECT_NEAR(*MisfitRms(backend.model(), material, drape, photograph), error, 0.05);
 }
 
 // Pictures that are mirror images or turns of each other have one radius where the warp is turned

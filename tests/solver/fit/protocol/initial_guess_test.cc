@@ -173,7 +173,7 @@ class GuidedDrapeTest : public testing::Test {
     return test::MakeObservation(backend_->model().mesh, drape, 90, "reference");
   }
   double Rms(const SettledDrape& drape, const Observation& observation) const {
-    return MisfitRms(backend_->model().mesh, drape.rest.x, observation).value();
+    return MisfitRms(backend_->model(), material_, drape.rest.x, observation).value();
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(200);
