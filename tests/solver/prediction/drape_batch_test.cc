@@ -21,13 +21,21 @@ class DrapeBatchTest : public testing::TestWithParam<SolveMode> {
   DrapeBatchTest() {
     inputs_ = Random(0.1, 1e-3, 1e-2);
     for (int i = 0; i < kBatch; ++i) inputs_.start.row(i) += model_->mesh.rest_x;
+    inputs_.dynamics = RowMatrix::Constant(kBatch, 6, 0.1);
     options_ = {.h = 0.1, .steps = 60, .solve_mode = GetParam()};
   }
   DrapeInputs Random(double log_factors, double start, double velocity) {
     const int dofs = model_->num_dofs();
     return {log_factors * RandomMatrix(kBatch, 7, random_),
             start * RandomMatrix(kBatch, dofs, random_),
-            velocity * RandomMatrix(kBatch, dofs, random_)};
+            velocity * RandomMatrix(kBatch, dofs, random_), RandomMatrix(kBatch, 6, random_)};
+  }
+  // The change of drape i by each of the inputs.
+  static double Dot(const DrapeInputs& gradient, const DrapeInputs& change, int i) {
+    return gradient.log_factors.row(i).dot(change.log_factors.row(i)) +
+           gradient.start.row(i).dot(change.start.row(i)) +
+           gradient.velocity.row(i).dot(change.velocity.row(i)) +
+           gradient.dynamics.row(i).dot(change.dynamics.row(i));
   }
   DrapeBatch Simulated() {
     DrapeBatch batch(*backend_, {TestMaterial()}, inputs_, options_);
@@ -56,13 +64,31 @@ TEST_P(DrapeBatchTest, VjpIsTheTransposeOfJvp) {
       const RowMatrix u = RandomMatrix(kBatch, readout->size(), random_);
       const DrapeInputs vjp = batch.Vjp(*readout, u);
       for (int i = 0; i < kBatch; ++i) {
-        const double found = vjp.log_factors.row(i).dot(change.log_factors.row(i)) +
-                             vjp.start.row(i).dot(change.start.row(i)) +
-                             vjp.velocity.row(i).dot(change.velocity.row(i));
-        EXPECT_NEAR(found, u.row(i).dot(jvp.row(i)), 1e-10 * u.row(i).norm() * jvp.row(i).norm());
+        EXPECT_NEAR(Dot(vjp, change, i), u.row(i).dot(jvp.row(i)),
+                    5e-10 * u.row(i).norm() * jvp.row(i).norm());
         EXPECT_GT(jvp.row(i).norm(), 0.0);
       }
     }
+  }
+}
+
+TEST_P(DrapeBatchTest, VjpOfFramesIsTheTransposeOfTheirJvp) {
+  options_.frames = {0, 5, 60};
+  if (GetParam() == SolveMode::kStatic) {
+    EXPECT_THROW(Simulated(), InputError);
+    return;
+  }
+  const DrapeBatch batch = Simulated();
+  const DrapeFrames frames = batch.Frames();
+  EXPECT_EQ(RowMatrix(frames.x.rightCols(model_->num_dofs())), batch.Positions());
+  const DrapeInputs change = Random(1.0, 1e-3, 1e-2);
+  const DrapeFrames jvp = batch.FrameJvp(change);
+  const DrapeFrames u{RandomMatrix(kBatch, jvp.x.cols(), random_),
+                      RandomMatrix(kBatch, jvp.v.cols(), random_)};
+  const DrapeInputs vjp = batch.FrameVjp(u);
+  for (int i = 0; i < kBatch; ++i) {
+    const double expected = u.x.row(i).dot(jvp.x.row(i)) + u.v.row(i).dot(jvp.v.row(i));
+    EXPECT_NEAR(Dot(vjp, change, i), expected, 1e-10 * u.v.row(i).norm() * jvp.v.row(i).norm());
   }
 }
 
