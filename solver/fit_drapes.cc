@@ -11,8 +11,9 @@
 
 namespace drape {
 
-DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control) {
-  FitInput input = MakeFitInput(spec, std::move(fabric));
+namespace {
+
+DrapeFit FitInMemory(const FitSpec& spec, FitInput input, const RunControl& control) {
   StoredFit stored = FitFromInput(spec, input, {}, control);
   const auto report = std::make_shared<const FitReport>(std::move(stored.report));
   DrapeFit fit{.material = report->material,
@@ -22,8 +23,20 @@ DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl&
                .cloth = FindFittedCloth(input, stored.state).model,
                .cancelled = report->cancelled,
                .report = report};
+  if (fit.cloth == nullptr && !input.problem.further.empty())
+    fit.cloth = input.problem.further.front().model;
   if (const FitCandidate* best = Best(stored.state)) fit.drapes = FittedShapes(*report, *best);
   return fit;
+}
+
+}  // namespace
+
+DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control) {
+  return FitInMemory(spec, MakeFitInput(spec, std::move(fabric)), control);
+}
+
+DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control) {
+  return FitInMemory(spec, ReadFitInput(spec, data), control);
 }
 
 double PosteriorQuantity::Quantile(double share) const {

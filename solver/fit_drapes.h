@@ -40,6 +40,11 @@ struct DrapeFit {
 // as outlines of other than spec.observation.angles angles.
 DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control = {});
 
+// Fits what `data` names in files, an experiment too: drape_fit without its files of results.
+// `drapes` are then the first cloth at rest alone; FitReport::measurements says how far each
+// measurement is off. Throws InputError for a file, a name or a combination that cannot be fitted.
+DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control = {});
+
 // A quantity of a fabric in a posterior: a row of DrapeFit::sheet. Its interval contains the error
 // of the model too, which the samples do not.
 struct PosteriorQuantity : LaboratoryRow {

@@ -23,6 +23,10 @@ struct FitToolOptions {
   bool resume = false;
 };
 
+// Options that are of no use beside an experiment, whose file says what is simulated.
+inline constexpr const char* kClothOptions[] = {"mesh",    "search_mesh", "coarse_mesh",
+                                                "contact", "specimen",    "support"};
+
 // Throws InputError unless each round has its iterations.
 void CheckRounds(const StagedFitOptions& stages);
 

@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -23,6 +24,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "solver/drapefit.h"
+#include "solver/job/fit_report.h"
 #include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 #include "solver/prediction/garment/wear.h"
@@ -142,6 +144,7 @@ void BindInputs(py::module_& m) {
       .def_readwrite("scale", &Camera::scale, "of an orthographic camera, px/m")
       .def_property_readonly("pixels_per_metre",
                              [](const Camera& self) { return self.pixels_per_metre(); });
+  m.def("camera_json", [](const Camera& camera) { return CameraJson(camera).dump(); });
   m.def("read_camera", py::overload_cast<const std::string&>(&ReadCamera));
   py::class_<MeasuredImage>(m, "Silhouette", "The silhouette of a drape and its camera.")
       .def_readonly("camera", &MeasuredImage::camera)
@@ -238,6 +241,14 @@ struct Drapes {
     for (const Material& material : materials) tables.push_back(material.field);
     return tables;
   }
+  // use(cancel)
+  template <class Use>
+  auto WithFrames(const Use& use) const {
+    return RunUnlocked([&](const std::atomic<bool>& cancel) {
+      const auto lock = simulator->Take(cancel);
+      return use(cancel);
+    });
+  }
   // use(readout, cancel)
   template <class Use>
   auto With(const ReadoutChoice& choice, const Use& use) const {
@@ -252,20 +263,21 @@ struct Drapes {
 
 void BindDrapes(py::module_& m) {
   py::class_<DrapeInputs>(m, "DrapeInputs")
-      .def(py::init<RowMatrix, RowMatrix, RowMatrix>())
+      .def(py::init<RowMatrix, RowMatrix, RowMatrix, RowMatrix>())
       .def_readonly("log_factors", &DrapeInputs::log_factors)
       .def_readonly("start", &DrapeInputs::start)
-      .def_readonly("velocity", &DrapeInputs::velocity);
+      .def_readonly("velocity", &DrapeInputs::velocity)
+      .def_readonly("dynamics", &DrapeInputs::dynamics);
   py::class_<ReadoutChoice>(m, "ReadoutChoice").def(py::init<std::string, Camera, int, double>());
   py::class_<Drapes>(m, "Drapes")
       .def(py::init([](std::shared_ptr<Simulator> simulator, const std::vector<Material>& materials,
                        const DrapeInputs& inputs, double h, int steps, const std::string& solve,
-                       bool record) {
+                       bool record, const std::vector<int>& frames) {
         if (solve != "dynamic" && solve != "hybrid")
           throw InputError("solve", "found '" + solve + "', expected dynamic or hybrid");
         const SolveMode mode = solve == "hybrid" ? SolveMode::kStatic : SolveMode::kDynamic;
         return std::make_unique<Drapes>(std::move(simulator), materials, inputs,
-                                        DrapeBatchOptions{h, steps, mode, record});
+                                        DrapeBatchOptions{h, steps, mode, record, frames});
       }))
       .def_property_readonly("positions", [](const Drapes& self) { return self.batch.Positions(); })
       .def_property_readonly("velocities",
@@ -285,9 +297,27 @@ void BindDrapes(py::module_& m) {
                return self.batch.Jvp(readout, change, &cancel);
              });
            })
-      .def("vjp", [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
-        return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
-          return self.batch.Vjp(readout, dL_dr, &cancel);
+      .def("vjp",
+           [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
+             return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
+               return self.batch.Vjp(readout, dL_dr, &cancel);
+             });
+           })
+      .def("read_frames",
+           [](const Drapes& self) {
+             const DrapeFrames frames = self.batch.Frames();
+             return std::make_pair(frames.x, frames.v);
+           })
+      .def("jvp_frames",
+           [](const Drapes& self, const DrapeInputs& change) {
+             return self.WithFrames([&](const std::atomic<bool>& cancel) {
+               const DrapeFrames frames = self.batch.FrameJvp(change, &cancel);
+               return std::make_pair(frames.x, frames.v);
+             });
+           })
+      .def("vjp_frames", [](const Drapes& self, const RowMatrix& dL_dx, const RowMatrix& dL_dv) {
+        return self.WithFrames([&](const std::atomic<bool>& cancel) {
+          return self.batch.FrameVjp({dL_dx, dL_dv}, &cancel);
         });
       });
 }
@@ -297,18 +327,38 @@ Material NameFabric(const std::string& name, const MaterialField& field) {
   return {.name = name, .field = MeanTables(field)};
 }
 
-// given: options of drape_fit but those of its files, as text.
-DrapeFit FitImages(const std::vector<std::string>& images, const Material& start,
-                   const std::map<std::string, std::string>& given) {
+// Options of drape_fit as text.
+using GivenOptions = std::map<std::string, std::string>;
+
+// Sets the options but those of files and `others`.
+FitSpec SetOptions(const GivenOptions& given, const std::set<std::string>& others,
+                   FitToolOptions* options) {
   static const std::set<std::string> kOfFiles = {
       "images",   "lab_tests", "experiment",  "fabric",      "ground_truth",
       "out",      "resume",    "data",        "data_fabric", "samples",
       "captures", "face",      "data_source", "accuracy",    "accuracy_table"};
-  FitToolOptions options;
-  OptionTable table = FitTable(options);
-  std::erase_if(table.options, [](const Option& each) { return kOfFiles.contains(each.key); });
+  OptionTable table = FitTable(*options);
+  std::erase_if(table.options, [&](const Option& each) {
+    return kOfFiles.contains(each.key) || others.contains(each.key);
+  });
   for (const auto& [key, text] : given) table.Set(key, text, "fit");
-  const FitSpec spec = MakeFitSpec(options);
+  return MakeFitSpec(*options);
+}
+
+DrapeFit FitExperiment(const std::string& file, const GivenOptions& given) {
+  FitToolOptions options;
+  const FitSpec spec =
+      SetOptions(given, {std::begin(kClothOptions), std::end(kClothOptions)}, &options);
+  options.data.experiment = file;
+  return RunUnlocked([&](const std::atomic<bool>& cancel) {
+    return FitDrapes(spec, options.data, {.cancel = &cancel});
+  });
+}
+
+DrapeFit FitImages(const std::vector<std::string>& images, const Material& start,
+                   const GivenOptions& given) {
+  FitToolOptions options;
+  const FitSpec spec = SetOptions(given, {}, &options);
   ObservedFabric fabric{.drapes = {},
                         .start = start.field,
                         .density = options.data.density,
@@ -373,9 +423,26 @@ void BindFits(py::module_& m) {
                                if (!self.fitted()) throw InputError("fit", "has found no material");
                                return NameFabric("fitted", self.material);
                              })
+      .def_property_readonly("_measurements",
+                             [](const DrapeFit& self) {
+                               py::list rows;
+                               for (const MeasurementReport& each : self.report->measurements)
+                                 rows.append(py::make_tuple(each.experiment, each.name, each.count,
+                                                            each.misfit, each.largest));
+                               return rows;
+                             })
+      .def_property_readonly(
+          "_dynamics",
+          [](const DrapeFit& self) {
+            py::list rows;
+            for (const DynamicsReport& each : self.report->dynamics)
+              rows.append(py::make_tuple(NameFor(each.entry), each.value, each.log_sd));
+            return rows;
+          })
       .def_property_readonly("_mesh", [](const DrapeFit& self) { return self.cloth->mesh; })
       .def_property_readonly("_drapes", [](const DrapeFit& self) { return Rows(self.drapes); });
   m.def("fit", &FitImages);
+  m.def("fit_experiment", &FitExperiment);
   py::class_<Posterior>(m, "Posterior", "Samples of the posterior of a fabric.")
       .def_readonly("pareto_k", &Posterior::pareto_k, "below 0.7 the samples are reliable")
       .def_property_readonly("fabrics",

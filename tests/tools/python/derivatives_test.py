@@ -14,20 +14,21 @@ READOUTS = ("positions", "outline", "features", "silhouette")
 
 class DerivativesTest(PythonTest):
     def inputs(self, factors=7, batch=2):
-        """Factors, starts and velocities of a batch, and a direction in each."""
+        """Factors, starts, velocities and dynamics of a batch, and a direction in each."""
         shape = self.start.shape
         values = (0.1 * self.random.normal(size=(batch, factors)),
                   self.start + 1e-3 * self.random.normal(size=(batch, *shape)),
-                  1e-2 * self.random.normal(size=(batch, *shape)))
-        scales = (1.0, 1e-3, 1.0)
+                  1e-2 * self.random.normal(size=(batch, *shape)),
+                  np.array([1.0, 0.02, 0.4, 1.0, 0.0, 0.5]) * self.random.uniform(1, 2, (batch, 6)))
+        scales = (1.0, 1e-3, 1.0, np.array([0.1, 2e-3, 0.1, 0.1, 0.1, 0.1]))
         return values, [s * self.random.normal(size=v.shape) for s, v in zip(scales, values)]
 
     def drape(self, inputs, **options):
         return self.simulator.drape(self.wool, *inputs, **{**STEPS, **options})
 
-    def differences(self, inputs, direction, of, step=1e-5):
+    def differences(self, inputs, direction, of, step=1e-5, **options):
         """Their error is least at this step: 4e-7 for those by the start, less for others."""
-        ends = [self.drape([v + sign * step * d for v, d in zip(inputs, direction)])
+        ends = [self.drape([v + sign * step * d for v, d in zip(inputs, direction)], **options)
                 for sign in (1, -1)]
         return (ends[0].read(of) - ends[1].read(of)) / (2 * step)
 
@@ -51,6 +52,24 @@ class DerivativesTest(PythonTest):
                                            delta=1e-6 * np.linalg.norm(cotangent)
                                            * np.linalg.norm(differences))
 
+    def test_derivatives_of_frames_are_central_differences_to_1e_minus_6(self):
+        inputs, direction = self.inputs()
+        options = {"frames": [0, 7, 20]}
+        drapes = self.drape(inputs, record=True, **options)
+        for of in ("frames", "frame_velocities"):
+            for part, name in enumerate(drapefit.Gradient._fields):
+                one = [d if k == part else 0 * d for k, d in enumerate(direction)]
+                with self.subTest(of=of, by=name):
+                    differences = self.differences(inputs, one, of, **options)
+                    jvp = drapes.jvp(*one, of=of)
+                    self.assertEqual(jvp.shape, (2, 3, *self.start.shape))
+                    self.assert_relative(jvp, differences, 1e-6)
+                    cotangent = self.random.normal(size=jvp.shape)
+                    gradient = drapes.vjp(cotangent, of=of)[part]
+                    self.assertAlmostEqual(np.vdot(gradient, one[part]), np.vdot(cotangent, jvp),
+                                           delta=1e-10 * np.linalg.norm(cotangent)
+                                           * np.linalg.norm(jvp))
+
     def test_vjp_is_the_transpose_of_jvp_to_1e_minus_10(self):
         for solve in ("dynamic", "hybrid"):
             inputs, direction = self.inputs(factors=39)
@@ -66,7 +85,7 @@ class DerivativesTest(PythonTest):
                     self.assertLess(abs(found - np.vdot(cotangent, jvp)), 1e-10 * scale)
 
     def test_equilibria_move_as_differences_say(self):
-        (factors, start, _), _ = self.inputs(factors=2)
+        (factors, start, *_), _ = self.inputs(factors=2)
         options = {"solve": "hybrid", "h": 0.1, "steps": 100}
         drapes = self.simulator.drape(self.wool, factors, start, **options)
         self.assertTrue(drapes.found.all(), drapes.status)
@@ -77,6 +96,7 @@ class DerivativesTest(PythonTest):
         self.assert_relative(drapes.jvp(unit), (ends[0] - ends[1]) / 2, 1e-3)
         gradient = drapes.vjp(np.ones_like(start))
         np.testing.assert_array_equal(gradient.start, 0.0)
+        np.testing.assert_array_equal(gradient.dynamics, 0.0)
 
 
 if __name__ == "__main__":

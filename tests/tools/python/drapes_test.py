@@ -61,6 +61,50 @@ class DrapesTest(PythonTest):
         self.assertEqual(drapefit.read_mesh(self.folder / "again.obj").vertices.tolist(),
                          drapes.positions[0].tolist())
 
+    def test_frames_are_the_ends_of_shorter_drapes_bit_for_bit(self):
+        inputs = {"start": self.start, "velocity": 0.1 * self.random.normal(size=self.start.shape),
+                  "dynamics": [1.0, 0.01, 0.5, 0.0, 0.0, 1.0]}
+        drapes = self.simulator.drape(self.wool, frames=[0, 7, 20], steps=20, **inputs)
+        self.assertEqual(drapes.frames.shape, (1, 3, *self.start.shape))
+        for k, steps in enumerate((0, 7, 20)):
+            end = self.simulator.drape(self.wool, steps=steps, **inputs)
+            np.testing.assert_array_equal(drapes.frames[:, k], end.positions)
+            np.testing.assert_array_equal(drapes.frame_velocities[:, k], end.velocities)
+
+    def test_a_free_strip_falls_and_slows_down_as_by_hand(self):
+        simulator = drapefit.Simulator("strip:0.2x0.05x8", {"gravity": [0, 0, -9.81]})
+        velocity, damping, h = np.array([0.3, 0.0, 0.2]), np.array([0.0, 2.5]), 0.02
+        drapes = simulator.drape(self.wool, velocity=np.tile(velocity, (len(simulator.mesh.vertices), 1)),
+                                 dynamics=np.outer(damping, np.eye(6)[0]), h=h, steps=5)
+        for found, alpha in zip(drapes.velocities, damping):
+            v = velocity
+            for _ in range(5):
+                v = (v + h * np.array([0.0, 0.0, -9.81])) / (1 + h * alpha)
+            np.testing.assert_allclose(found, np.tile(v, (len(found), 1)), atol=1e-9)
+
+    def test_wind_carries_a_sheet_along_and_names_are_those_of_an_experiment(self):
+        simulator = drapefit.Simulator("strip:0.2x0.05x8", {"gravity": [0, 0, 0]})
+        named = simulator.drape(self.wool, dynamics={"air_drag": 0.6, "wind": [0, 0, 2]}, steps=200)
+        same = simulator.drape(self.wool, dynamics=[0, 0, 0.6, 0, 0, 2], steps=200)
+        np.testing.assert_array_equal(named.positions, same.positions)
+        # v' = c·(2 − v)²/density has the solution 2 − v = 2/(1 + 2·c·t/density).
+        left = 2 / (1 + 2 * 0.6 * 200 * 0.05 / self.wool.density)
+        np.testing.assert_allclose(named.velocities[0, :, 2], 2 - left, atol=0.1 * left)
+
+    def test_scenes_have_names_and_may_be_dictionaries(self):
+        rows = {"gravity": [0, 0, -9.81], "handles": {"regions": [
+            {"disc": {"radius": 0.004, "centre": [x, 0.1]}} for x in (0, 0.2)], "stiffness": 1e4}}
+        found = [drapefit.Simulator("strip:0.2x0.2x6", scene).drape(self.wool, steps=5).positions
+                 for scene in ("two_corners", SOURCE / "configs/scenes/two_corners.json", rows)]
+        np.testing.assert_array_equal(found[0], found[1])
+        np.testing.assert_array_equal(found[0], found[2])
+        body = SOURCE / "configs/scenes/three_lobes.obj"
+        drapefit.Simulator("disc:200", {"contact": {"thickness": 4e-4, "range": 5e-4,
+            "stiffness": 100, "obstacles": [{"mesh": {"file": os.path.relpath(body),
+                                                      "translation": np.zeros(3)}}]}})
+        self.assert_refused("scene.json: key 'gravity'", drapefit.Simulator, "strip:0.2x0.2x6",
+                            {"gravity": [0, 0]})
+
     def test_a_batch_is_equal_to_single_drapes_bit_for_bit(self):
         starts = np.stack([self.simulator.random_start(seed) for seed in range(4)])
         factors = 0.3 * self.random.normal(size=(4, 3))
@@ -169,6 +213,13 @@ class ErrorsTest(PythonTest):
         refused("steps: found -1", drape, self.wool, steps=-1)
         refused("solve: found 'static'", drape, self.wool, solve="static")
         refused("log_factors: found a number that is not finite", drape, self.wool, [np.nan])
+        refused("frames: found 7, expected ascending", drape, self.wool, steps=5, frames=[7])
+        refused("frames: found 2, expected ascending", drape, self.wool, steps=5, frames=[2, 2])
+        refused("frames: found some of an equilibrium", drape, self.wool, solve="hybrid",
+                frames=[0])
+        refused("dynamics: found -1 for air_drag", drape, self.wool, dynamics={"air_drag": -1})
+        refused("dynamics: found the key 'drag'", drape, self.wool, dynamics={"drag": 1})
+        refused("dynamics: found the shape (2,)", drape, self.wool, dynamics=[1.0, 2.0])
         drapes = drape(self.wool, steps=1)
         refused("readout: found 'area'", drapes.read, "area")
         refused("num_angles: found 0", drapes.read, "outline", num_angles=0)

@@ -36,7 +36,7 @@ void CheckNoSelection(const FitToolOptions& options) {
 FitData MakeFitData(const FitToolOptions& options) {
   FitData data = options.data;
   if (!data.experiment.empty())
-    for (const char* key : {"mesh", "search_mesh", "coarse_mesh", "contact", "specimen", "support"})
+    for (const char* key : kClothOptions)
       if (options.accuracy.given.contains(key))
         throw InputError(std::string("option '") + key + "'",
                          "found one beside 'experiment', expected none: its file says what is "

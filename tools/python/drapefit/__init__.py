@@ -8,21 +8,24 @@ NaN for its numbers.
 """
 
 import collections
+import contextlib
 import json
 import os
 import pathlib
 
 import numpy as np
 
-from . import _core
+from . import _core, experiment as _experiment
 from ._core import Camera, Fit, Material, Posterior, Silhouette, read_camera
 from .inference import inference_data
 
 FEATURES = tuple(_core.FEATURES)
 _NOT_GIVEN = float("nan")
 
-Gradient = collections.namedtuple("Gradient", "log_factors start velocity")
-Gradient.__doc__ = "Derivatives by log_factors [B, P], start [B, V, 3] and velocity [B, V, 3]."
+Gradient = collections.namedtuple("Gradient", "log_factors start velocity dynamics")
+Gradient.__doc__ = """Derivatives by log_factors [B, P], start [B, V, 3], velocity [B, V, 3] and
+dynamics [B, 6]."""
+DYNAMICS = ("mass_damping", "stiffness_damping", "air_drag", "wind_x", "wind_y", "wind_z")
 
 
 def _table(key, doc):
@@ -87,7 +90,8 @@ def _mesh(mesh):
 
 
 def read_mesh(path, round_to_float=False):
-    """The cloth of an OBJ file; round_to_float: as the law reference takes it."""
+    """The cloth of an OBJ file, "disc:VERTICES" or "strip:LENGTHxWIDTHxEDGES", as the programs
+    have them; round_to_float: as the law reference takes it."""
     return _mesh(_core.read_mesh(str(path), round_to_float))
 
 
@@ -101,14 +105,30 @@ def read_silhouette(path, camera_file="", specimen=_NOT_GIVEN, support=_NOT_GIVE
     return _core.read_silhouette(str(path), str(camera_file), specimen, support)
 
 
+@contextlib.contextmanager
+def _plain_errors():
+    """Leaves the folder of an error's file out where it was temporary."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(_experiment.without_folder(error)) from None
+
+
 class Simulator(_core.Simulator):
-    """A cloth in the scene "cusick", with contact "none", "support" or "self", or in that of a file.
-    specimen, support: diameters; backend: "cpu", "cuda" or "auto"; threads: 0 for all cores."""
+    """A cloth, a Mesh or the name of one (read_mesh), in the scene "cusick", with contact "none",
+    "support" or "self", or in another: a file, the name of one of configs/scenes, such as
+    "two_corners", or a dictionary of the same form. specimen, support: diameters; backend: "cpu",
+    "cuda" or "auto"; threads: 0 for all cores."""
 
     def __init__(self, mesh, scene="cusick", law="smooth", contact="none", specimen=_NOT_GIVEN,
                  support=_NOT_GIVEN, backend="cpu", threads=0):
-        super().__init__(mesh, str(scene), law, contact, specimen, support, backend, threads)
-        self.mesh = mesh
+        self.mesh = mesh if isinstance(mesh, Mesh) else read_mesh(mesh)
+        with _experiment.temporary_folder() as folder, _plain_errors():
+            if isinstance(scene, dict):
+                scene = _experiment.write(scene, folder, "scene.json")
+            elif str(scene) != "cusick":
+                scene = _experiment.scene_path(scene)
+            super().__init__(self.mesh, scene, law, contact, specimen, support, backend, threads)
 
     def random_start(self, seed, hem_rms=3e-3):
         """Positions [V, 3]: waves of this root mean square at the hem, m."""
@@ -122,36 +142,57 @@ class Simulator(_core.Simulator):
         """Positions and velocities [V, 3] of the file of a start shape or of a state."""
         return tuple(part.reshape(-1, 3) for part in super().read_start(str(path)))
 
-    def drape(self, material, log_factors=None, start=None, velocity=None, h=0.05, steps=100,
-              solve="dynamic", record=False):
+    def drape(self, material, log_factors=None, start=None, velocity=None, dynamics=None, h=0.05,
+              steps=100, solve="dynamic", record=False, frames=()):
         """The Drapes of one or more inputs: material, or a list; log_factors [P] or [B, P],
         logarithms of factors on 1 (bend), 2 (stretch, bend), 3 (rows of bend), 7 (columns of
         stretch, rows of bend) or 39 numbers (all entries, the default); start and velocity [V, 3]
-        or [B, V, 3], flat and 0 by default. Takes steps of h; solve "hybrid" goes from there to the
-        equilibrium. record: keep what vjp needs, which saves it a simulation."""
-        return Drapes(self, material, log_factors, start, velocity, (h, steps, solve, record))
+        or [B, V, 3], flat and 0 by default; dynamics: [6] or [B, 6], numbers in the order of
+        DYNAMICS [1/s, s, kg/m3, m/s], or a dictionary with any of mass_damping, stiffness_damping,
+        air_drag and wind [3], as an experiment's motion has them. Takes steps of h; solve "hybrid"
+        goes from there to the equilibrium. record: keep what vjp needs, which saves it a
+        simulation. frames: the numbers of steps, ascending, after which Drapes.frames is seen."""
+        return Drapes(self, material, (log_factors, start, velocity, _dynamics(dynamics)),
+                      (h, steps, solve, record, list(frames)))
+
+
+def _dynamics(given):
+    if not isinstance(given, dict):
+        return given
+    unknown = set(given) - {*DYNAMICS[:3], "wind"}
+    if unknown:
+        raise ValueError(f"dynamics: found the key {min(unknown)!r}, expected mass_damping, "
+                         "stiffness_damping, air_drag or wind")
+    return [*(given.get(name, 0.0) for name in DYNAMICS[:3]), *given.get("wind", (0.0, 0.0, 0.0))]
+
+
+_FRAMES = {"frames": 0, "frame_velocities": 1}
 
 
 class Drapes(_core.Drapes):
     """B drapes. What is read of them is named by `of`: "positions" [V, 3]; "outline" [num_angles],
     px; "features" [9], named by FEATURES; "silhouette" [H, W], the coverage by cloth with a border
-    of half_width px. Further options: camera, which by default sees the specimen without
-    perspective, num_angles=360, half_width=1."""
+    of half_width px; "frames" and "frame_velocities" [T, V, 3]. Further options: camera, which by
+    default sees the specimen without perspective, num_angles=360, half_width=1."""
 
-    def __init__(self, simulator, material, log_factors, start, velocity, options):
+    def __init__(self, simulator, material, inputs, options):
         materials = [material] if isinstance(material, Material) else list(material)
         rest = simulator.mesh.vertices
         given = [np.asarray(default if value is None else value, float) for value, default in
-                 ((log_factors, np.zeros(39)), (start, rest), (velocity, 0 * rest))]
-        batch = max([len(materials)] + [len(array) for array, one in zip(given, (1, 2, 2))
+                 zip(inputs, (np.zeros(39), rest, 0 * rest, np.zeros(6)))]
+        batch = max([len(materials)] + [len(array) for array, one in zip(given, (1, 2, 2, 1))
                                         if array.ndim > one])
         self._camera = simulator.camera
-        self._shapes = [(batch, *given[0].shape[-1:]), (batch, *rest.shape), (batch, *rest.shape)]
+        self._shapes = [(batch, *given[0].shape[-1:]), (batch, *rest.shape), (batch, *rest.shape),
+                        (batch, 6)]
+        self._frames = (batch, len(options[-1]), *rest.shape)
         super().__init__(simulator, materials, self._inputs(*given), *options)
 
     positions = property(lambda self: super().positions.reshape(self._shapes[1]), doc="m")
     velocities = property(lambda self: super().velocities.reshape(self._shapes[1]), doc="m/s")
     found = property(lambda self: np.array(super().found), doc="whether there is a drape, [B]")
+    frames = property(lambda self: self.read("frames"), doc="m, [B, T, V, 3]")
+    frame_velocities = property(lambda self: self.read("frame_velocities"), doc="m/s, [B, T, V, 3]")
 
     def _inputs(self, *arrays):
         rows = []
@@ -174,17 +215,26 @@ class Drapes(_core.Drapes):
 
     def read(self, of="positions", **seen):
         """What `of` names, [B, ...]; NaN for a drape that it cannot be read of."""
+        if of in _FRAMES:
+            return super().read_frames()[_FRAMES[of]].reshape(self._frames)
         return self._shaped(super().read(self._choice(of, **seen)), of, **seen)
 
-    def jvp(self, log_factors=None, start=None, velocity=None, of="positions", **seen):
+    def jvp(self, log_factors=None, start=None, velocity=None, dynamics=None, of="positions",
+            **seen):
         """Its change [B, ...] to first order in changes of the inputs; on the CPU."""
-        change = self._inputs(log_factors, start, velocity)
+        change = self._inputs(log_factors, start, velocity, _dynamics(dynamics))
+        if of in _FRAMES:
+            return super().jvp_frames(change)[_FRAMES[of]].reshape(self._frames)
         return self._shaped(super().jvp(self._choice(of, **seen), change), of, **seen)
 
     def vjp(self, cotangent, of="positions", **seen):
         """The Gradient of a scalar, from its gradient [B, ...] by what `of` names."""
         rows = np.asarray(cotangent, float).reshape(self._shapes[0][0], -1)
-        found = super().vjp(self._choice(of, **seen), rows)
+        if of in _FRAMES:
+            none = np.zeros((0, 0))
+            found = super().vjp_frames(*((rows, none), (none, rows))[_FRAMES[of]])
+        else:
+            found = super().vjp(self._choice(of, **seen), rows)
         return Gradient(*(np.array(getattr(found, name)).reshape(shape)
                           for name, shape in zip(Gradient._fields, self._shapes)))
 
@@ -196,18 +246,52 @@ def _text(value):
     return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
-def fit(images, material, **options):
-    """The Fit of a fabric to the silhouettes of one or more images, from the tables of a material.
+def fit(data, material=None, **options):
+    """The Fit of a fabric to silhouettes or to an experiment.
+
+    data: the silhouettes of one or more images, with the material from whose tables the fit starts;
+    or an experiment: a dictionary of the form of the file of drape_fit --experiment
+    (configs/README.md), or the path of such a file, .json. In a dictionary these may be arrays:
+    markers {"places": [N, 2] or "vertices": [N], "positions": [N, 3]}; points [N, 3]; shape and
+    start [V, 3]; depth [H, W], m, NaN where nothing is measured, or whole numbers of
+    metres_per_count; silhouette [H, W], coverage by cloth from 0 to 1. `mesh` may be a Mesh,
+    `material` a Material, a camera a Camera, a lab_test a dictionary, a scene one of
+    configs/scenes by its name. Paths are relative to the current folder.
     options: those of drape_fit by their names (drape_fit --help=all), such as model="bayes",
     num_parameters=2, density=0.15, mesh="disc:1200"; threads=0 for all cores."""
-    images = [images] if isinstance(images, (str, os.PathLike)) else images
     texts = {key: _text(value) for key, value in options.items()}
+    is_path = isinstance(data, (str, os.PathLike))
+    if isinstance(data, dict) or is_path and str(data).endswith(".json"):
+        if material is not None:
+            raise ValueError("material: found one beside an experiment, expected it in its key "
+                             "'material'")
+        with _experiment.temporary_folder() as folder, _plain_errors():
+            path = data if is_path else _experiment.write(data, folder, "experiment.json")
+            return _core.fit_experiment(str(path), texts)
+    if material is None:
+        raise ValueError("material: found nothing beside images, expected the start tables")
+    images = [data] if is_path else data
     return _core.fit([str(image) for image in images], material, texts)
 
 
+Measurement = collections.namedtuple("Measurement", "experiment name count misfit largest")
+Measurement.__doc__ = """A measurement of an experiment beside the fitted cloth: how many numbers it
+has, the root mean square of their residuals as their loss counts them, and the largest [sigma]."""
+Fit.measurements = property(
+    lambda self: [Measurement(each[0], _experiment.without_folder(each[1]), *each[2:])
+                  for each in self._measurements],
+    doc="each Measurement of an experiment")
+FittedDynamics = collections.namedtuple("FittedDynamics", "value log_sd interval")
+FittedDynamics.__doc__ = "Damping or drag, the deviation of its logarithm, and an interval of 90 %."
+Fit.dynamics = property(
+    lambda self: {name: FittedDynamics(value, log_sd, tuple(value * np.exp([-1.645 * log_sd,
+                                                                            1.645 * log_sd])))
+                  for name, value, log_sd in self._dynamics},
+    doc="by name: the FittedDynamics of an experiment")
 Fit.mesh = property(lambda self: _mesh(self._mesh), doc="the Mesh of the fitted drapes")
 Fit.drapes = property(lambda self: self._drapes.reshape(-1, len(self._mesh.rest) // 3, 3),
-                      doc="the fitted drape of each image, m, [images, V, 3]")
+                      doc="the fitted drape of each image, or of the first experiment at rest, "
+                          "m, [N, V, 3]")
 
 
 def sample_posterior(fit, count=1000, seed=1):
