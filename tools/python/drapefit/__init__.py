@@ -9,6 +9,7 @@ NaN for its numbers.
 
 import collections
 import contextlib
+import importlib
 import json
 import os
 import pathlib
@@ -26,6 +27,12 @@ Gradient = collections.namedtuple("Gradient", "log_factors start velocity dynami
 Gradient.__doc__ = """Derivatives by log_factors [B, P], start [B, V, 3], velocity [B, V, 3] and
 dynamics [B, 6]."""
 DYNAMICS = ("mass_damping", "stiffness_damping", "air_drag", "wind_x", "wind_y", "wind_z")
+
+
+def __getattr__(name):
+    if name == "torch":  # is imported only where it is used
+        return importlib.import_module(".torch", __name__)
+    raise AttributeError(f"module 'drapefit' has no attribute '{name}'")
 
 
 def _table(key, doc):
