@@ -121,8 +121,9 @@ void VisitFields(Options& options, Visitor&& visit) {
                      "more numbers never fit worse"});
   visit(start_pool,
         Field{.key = "start_pool",
-              .doc = "images of discs of 30 cm on 18 cm, all entries: start from those of 16,000 "
-                     "random drapes that are like them, not from the start tables by a grid"});
+              .doc = "images of 24, 30 or 36 cm on 18 cm, all entries: start from those of 16,000 "
+                     "random drapes that are like them, which takes a quarter of the time; off: "
+                     "from the start tables by a grid, which comes a little nearer"});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }

@@ -29,10 +29,11 @@ void RequireShape(const RowMatrix& array, const std::string& name, Eigen::Index 
 constexpr int kDynamics = kDynamicsEntries - kByMassDamping;
 
 Dynamics MakeDynamics(const Eigen::VectorXd& numbers) {
-  for (const DynamicsEntry entry : {kByMassDamping, kByStiffnessDamping, kByAirDrag})
-    if (const double number = numbers[entry - kByMassDamping]; number < 0.0)
+  for (const FreeNumber each :
+       {FreeNumber::kMassDamping, FreeNumber::kStiffnessDamping, FreeNumber::kAirDrag})
+    if (const double number = numbers[int(each) - kByMassDamping]; number < 0.0)
       throw InputError("dynamics",
-                       Format("found %g for %s, expected 0 or more", number, NameFor(entry)));
+                       Format("found %g for %s, expected 0 or more", number, ToString(each)));
   const auto wind = numbers.tail<3>();
   return {numbers[0], numbers[1], numbers[2], {wind[0], wind[1], wind[2]}};
 }

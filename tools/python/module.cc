@@ -436,7 +436,7 @@ void BindFits(py::module_& m) {
           [](const DrapeFit& self) {
             py::list rows;
             for (const DynamicsReport& each : self.report->dynamics)
-              rows.append(py::make_tuple(NameFor(each.entry), each.value, each.log_sd));
+              rows.append(py::make_tuple(ToString(each.number), each.values, each.sd));
             return rows;
           })
       .def_property_readonly("_mesh", [](const DrapeFit& self) { return self.cloth->mesh; })

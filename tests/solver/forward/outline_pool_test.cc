@@ -109,6 +109,15 @@ TEST(OutlinePool, HasTheDrapesOfTheSimulator) {
   const OutlinePool* pool = FindBuiltInPool(DrapeDiscs());
   ASSERT_NE(pool, nullptr);
   EXPECT_GT(pool->num_drapes(), 15000);
+  for (const double specimen : {0.12, 0.18}) {
+    const OutlinePool* other = FindBuiltInPool({.specimen = specimen, .support = 0.09});
+    ASSERT_NE(other, nullptr) << specimen;
+    EXPECT_GT(other->num_drapes(), 14000);
+    double largest = 0.0;
+    for (const Eigen::VectorXd& radius : other->radius)
+      largest = std::max(largest, radius.maxCoeff());
+    EXPECT_NEAR(largest, specimen, 0.01 * specimen);
+  }
   EXPECT_EQ(FindBuiltInPool({.specimen = 0.14, .support = 0.09}), nullptr);
   std::optional<PooledSpecimen> specimen;
   for (int i = 0; i < 100 && !specimen; ++i) {

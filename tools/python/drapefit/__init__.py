@@ -288,12 +288,21 @@ Fit.measurements = property(
     lambda self: [Measurement(each[0], _experiment.without_folder(each[1]), *each[2:])
                   for each in self._measurements],
     doc="each Measurement of an experiment")
-FittedDynamics = collections.namedtuple("FittedDynamics", "value log_sd interval")
-FittedDynamics.__doc__ = "Damping or drag, the deviation of its logarithm, and an interval of 90 %."
+FittedDynamics = collections.namedtuple("FittedDynamics", "value sd interval")
+FittedDynamics.__doc__ = """What is fitted beside the tables and its interval of 90 %: a number, with
+the deviation of its logarithm, or a vector [3] (wind, velocity), with the deviations [m/s]."""
+
+
+def _fitted_dynamics(values, sd):
+    if len(values) == 1:
+        value, spread = values[0], np.exp(1.645 * sd[0])
+        return FittedDynamics(value, sd[0], (value / spread, value * spread))
+    value, spread = np.array(values), 1.645 * np.array(sd)
+    return FittedDynamics(value, np.array(sd), (value - spread, value + spread))
+
+
 Fit.dynamics = property(
-    lambda self: {name: FittedDynamics(value, log_sd, tuple(value * np.exp([-1.645 * log_sd,
-                                                                            1.645 * log_sd])))
-                  for name, value, log_sd in self._dynamics},
+    lambda self: {name: _fitted_dynamics(values, sd) for name, values, sd in self._dynamics},
     doc="by name: the FittedDynamics of an experiment")
 Fit.mesh = property(lambda self: _mesh(self._mesh), doc="the Mesh of the fitted drapes")
 Fit.drapes = property(lambda self: self._drapes.reshape(-1, len(self._mesh.rest) // 3, 3),
