@@ -274,7 +274,7 @@ void UsePool(const FitSpec& spec, FitInput* input) {
     problem.simpler_models = {{TableForm::kLinear, ParameterTying::kColumns}};
 }
 
-// A branch that is found on a coarser mesh is often lost on a finer one.
+// The search mesh by default: a branch that is found on a coarser one is often lost.
 constexpr char kPooledSearchMesh[] = "disc:1200";
 
 // Where what is fitted shows stiffness over weight. A tensile test does not.
@@ -313,7 +313,8 @@ void MakeBackends(const FitSpec& spec, FitInput* input) {
   input->problem.fine = input->fine.backend.get();
   input->problem.coarse = input->coarse.backend.get();
   FitSpec searched = spec;
-  if (input->problem.is_pooled) searched.search_mesh = kPooledSearchMesh;
+  if (input->problem.is_pooled && spec.search_mesh == FitSpec().search_mesh)
+    searched.search_mesh = kPooledSearchMesh;
   for (const std::string& mesh : SearchMeshes(searched, input->discs, &input->notes)) {
     input->search.push_back(MakeCloth(spec, input->discs, mesh, nullptr));
     input->problem.search.push_back(input->search.back().backend.get());

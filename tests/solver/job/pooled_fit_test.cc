@@ -70,7 +70,7 @@ TEST_F(PooledFitTest, GoesOnAfterACancelToTheSameFiles) {
   }
 }
 
-// Where the start tables hold part of what is fitted, or a user has said how to search.
+// The start tables hold part of what is fitted there, or a user has said how to search.
 TEST_F(PooledFitTest, OtherFitsStartFromTheirTables) {
   const auto is_pooled = [&](const std::function<void(FitSpec&)>& change) {
     FitSpec spec = spec_;
