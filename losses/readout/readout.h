@@ -33,7 +33,7 @@ class Readout {
   [[nodiscard]] virtual bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
   // Reads a cloth of one table, on which most readouts do not depend: their dr_dp stays empty.
-  // Those that do cannot read a shape alone.
+  // Readouts that do cannot read a shape alone.
   [[nodiscard]] virtual bool ReadCloth(const MaterialField&, const Eigen::VectorXd& x,
                                        Eigen::VectorXd* r, ReadoutJacobian* dr_dx,
                                        MaterialJacobian*) const {

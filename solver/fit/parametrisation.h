@@ -31,7 +31,7 @@ class MaterialParametrisation {
   // ∂(numbers of DynamicsEntry, then StartVelocity)/∂θ at θ, shape [10, P]; empty: θ does not
   // change them.
   virtual Eigen::MatrixXd DynamicsByTheta(const Eigen::VectorXd&) const { return {}; }
-  // What θ adds to the velocity of all vertices where a motion begins [m/s].
+  // The part of θ in the velocity of all vertices where a motion begins [m/s].
   virtual Eigen::Vector3d StartVelocity(const Eigen::VectorXd&) const {
     return Eigen::Vector3d::Zero();
   }
@@ -90,8 +90,8 @@ class TableParametrisation final : public MaterialParametrisation {
   Eigen::MatrixXd tie_;
 };
 
-// What may be free beside the tables, in the order of DynamicsEntry, then the velocity of all
-// vertices where motions begin.
+// Numbers that may be free beside the tables, in the order of DynamicsEntry, then the velocity of
+// all vertices where motions begin.
 enum class FreeNumber { kDensity, kMassDamping, kStiffnessDamping, kAirDrag, kWind, kVelocity };
 constexpr auto EnumNames(FreeNumber) {
   return MakeNames<FreeNumber>({{FreeNumber::kDensity, "density"},
@@ -102,7 +102,7 @@ constexpr auto EnumNames(FreeNumber) {
                                 {FreeNumber::kVelocity, "velocity"}});
 }
 inline bool IsVector(FreeNumber number) { return number >= FreeNumber::kWind; }
-// How many numbers of θ they are: one, three of a vector.
+// Counts their numbers of θ: one, three of a vector.
 int CountNumbers(const std::vector<FreeNumber>& free);
 // Where a material has it, shape [1] or [3]; a velocity it has not.
 std::span<double> FindNumbers(FreeNumber number, MaterialField& material);

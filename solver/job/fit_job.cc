@@ -243,7 +243,7 @@ void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport&
              JudgeByLaplace(report.material, tie, rows, spec.stages.prior_sigma), report);
 }
 
-// What was fitted beside the tables, with its deviation by the Laplace approximation.
+// Reports the numbers beside the tables, with their deviation by the Laplace approximation.
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
   const WeightedRows rows = ExperimentRows(report, report.lab_fit->jacobian);

@@ -77,8 +77,8 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                                                   const std::vector<Eigen::VectorXd>& shapes,
                                                   const MaterialField& material);
 
-// What was fitted beside the tables, and the standard deviation of its logarithm, or of the
-// coordinates of a vector [m/s].
+// A number that was fitted beside the tables, and the standard deviation of its logarithm, or of
+// the coordinates of a vector [m/s].
 struct DynamicsReport {
   FreeNumber number = FreeNumber::kDensity;
   std::vector<double> values, sd;  // shape [1], or [3] of a vector

@@ -84,8 +84,8 @@ struct VibrationModes {
 VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
                            const Eigen::VectorXd& x, int count);
 
-// How the eigenvalue φᵀ·K·φ of a mode that is apart from the others changes [MODEL, M67]: by x
-// under the same material, and by the tables at the same x. By the density, of which K does not
+// Change of the eigenvalue φᵀ·K·φ of a mode that is apart from the others [MODEL, M67]: by x
+// under the same material, and by the tables at the same x. By the density, on which K does not
 // depend, it is −ω²/ρ.
 struct EigenvalueGradient {
   Eigen::VectorXd by_x;          // [s⁻²/m], shape [3V]

@@ -166,7 +166,7 @@ TEST(HandleForceReadoutTest, IsTheWeight) {
   const double weight = 9.8 * 0.2 * model.vertex_area.sum();
   EXPECT_LT((force - weight * Vector3d::UnitZ()).norm(), 1e-8 * weight);
   test::ExpectDerivative(readout, x);
-  // Of two of the held vertices.
+  // Two of the held vertices.
   const HandleForceReadout part(model, {model.held[0], model.held[3]}, Vector3d::UnitZ());
   ASSERT_TRUE(part.Read(x, &force, nullptr));
   ASSERT_EQ(force.size(), 1);
