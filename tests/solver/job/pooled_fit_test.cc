@@ -19,7 +19,7 @@ namespace {
 class PooledFitTest : public test::FitJobTest {
  protected:
   PooledFitTest() {
-    spec_.simpler_models = true;
+    spec_.start_pool = spec_.simpler_models = true;
     spec_.stages.grid = {};
     spec_.stages.candidates_per_round = {3, 2, 1};
     spec_.stages.iterations = {3, 3, 8};
