@@ -261,6 +261,27 @@ struct Drapes {
   }
 };
 
+void BindFrames(py::class_<Drapes>& drapes) {
+  drapes
+      .def("read_frames",
+           [](const Drapes& self) {
+             const DrapeFrames frames = self.batch.Frames();
+             return std::make_pair(frames.x, frames.v);
+           })
+      .def("jvp_frames",
+           [](const Drapes& self, const DrapeInputs& change) {
+             return self.WithFrames([&](const std::atomic<bool>& cancel) {
+               const DrapeFrames frames = self.batch.FrameJvp(change, &cancel);
+               return std::make_pair(frames.x, frames.v);
+             });
+           })
+      .def("vjp_frames", [](const Drapes& self, const RowMatrix& dL_dx, const RowMatrix& dL_dv) {
+        return self.WithFrames([&](const std::atomic<bool>& cancel) {
+          return self.batch.FrameVjp({dL_dx, dL_dv}, &cancel);
+        });
+      });
+}
+
 void BindDrapes(py::module_& m) {
   py::class_<DrapeInputs>(m, "DrapeInputs")
       .def(py::init<RowMatrix, RowMatrix, RowMatrix, RowMatrix>())
@@ -269,7 +290,8 @@ void BindDrapes(py::module_& m) {
       .def_readonly("velocity", &DrapeInputs::velocity)
       .def_readonly("dynamics", &DrapeInputs::dynamics);
   py::class_<ReadoutChoice>(m, "ReadoutChoice").def(py::init<std::string, Camera, int, double>());
-  py::class_<Drapes>(m, "Drapes")
+  py::class_<Drapes> drapes(m, "Drapes");
+  drapes
       .def(py::init([](std::shared_ptr<Simulator> simulator, const std::vector<Material>& materials,
                        const DrapeInputs& inputs, double h, int steps, const std::string& solve,
                        bool record, const std::vector<int>& frames) {
@@ -297,29 +319,12 @@ void BindDrapes(py::module_& m) {
                return self.batch.Jvp(readout, change, &cancel);
              });
            })
-      .def("vjp",
-           [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
-             return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
-               return self.batch.Vjp(readout, dL_dr, &cancel);
-             });
-           })
-      .def("read_frames",
-           [](const Drapes& self) {
-             const DrapeFrames frames = self.batch.Frames();
-             return std::make_pair(frames.x, frames.v);
-           })
-      .def("jvp_frames",
-           [](const Drapes& self, const DrapeInputs& change) {
-             return self.WithFrames([&](const std::atomic<bool>& cancel) {
-               const DrapeFrames frames = self.batch.FrameJvp(change, &cancel);
-               return std::make_pair(frames.x, frames.v);
-             });
-           })
-      .def("vjp_frames", [](const Drapes& self, const RowMatrix& dL_dx, const RowMatrix& dL_dv) {
-        return self.WithFrames([&](const std::atomic<bool>& cancel) {
-          return self.batch.FrameVjp({dL_dx, dL_dv}, &cancel);
+      .def("vjp", [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
+        return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
+          return self.batch.Vjp(readout, dL_dr, &cancel);
         });
       });
+  BindFrames(drapes);
 }
 
 // A fabric of this name, of means where it has a table for each element.
@@ -443,6 +448,9 @@ void BindFits(py::module_& m) {
       .def_property_readonly("_drapes", [](const DrapeFit& self) { return Rows(self.drapes); });
   m.def("fit", &FitImages);
   m.def("fit_experiment", &FitExperiment);
+}
+
+void BindPosteriors(py::module_& m) {
   py::class_<Posterior>(m, "Posterior", "Samples of the posterior of a fabric.")
       .def_readonly("pareto_k", &Posterior::pareto_k, "below 0.7 the samples are reliable")
       .def_property_readonly("fabrics",
@@ -512,6 +520,7 @@ PYBIND11_MODULE(_core, m) {
   BindDrapes(m);
   BindQuantities(m);
   BindFits(m);
+  BindPosteriors(m);
   m.def("wear", &WearPattern);
   m.attr("FEATURES") =
       std::vector<std::string>(kShapeFeatureNames.begin(), kShapeFeatureNames.end());
