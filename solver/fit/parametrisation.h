@@ -104,7 +104,7 @@ constexpr auto EnumNames(FreeNumber) {
 inline bool IsVector(FreeNumber number) { return number >= FreeNumber::kWind; }
 // Counts their numbers of θ: one, three of a vector.
 int CountNumbers(const std::vector<FreeNumber>& free);
-// Where a material has it, shape [1] or [3]; a velocity it has not.
+// Finds it in a material, shape [1] or [3]; empty for a velocity, which no material has.
 std::span<double> FindNumbers(FreeNumber number, MaterialField& material);
 
 // A table, and after its numbers those that are free: log factors on the base's, of which it has
