@@ -391,7 +391,7 @@ Bound FindBendBound(const FitProblem& problem, const FitReport& report,
   if (left < kHeld) return Bound::kNone;
   if (problem.is_pooled) {
     constexpr double kEdge = 0.1;  // of the logarithm
-    const MaterialField& start = ListStartTables(problem).at(guess.table);
+    const MaterialField start = ListStartTables(problem).at(guess.table);
     const double log_length = std::log(BendingLength(MeanBend(start.bend.front()), start.density));
     const NumberRange& range = NumberRanges()[kLogBendingLength];
     return log_length > range.high - kEdge  ? Bound::kAtLeast

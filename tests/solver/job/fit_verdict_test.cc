@@ -273,6 +273,22 @@ TEST_F(FitVerdictTest, FindsWhatBoundsFromOneSide) {
   EXPECT_NEAR(c, 0.06 * std::pow(0.06 / (448 * 1e-3 / 0.7195), 1 / 6.0), 1e-4);
 }
 
+// The start tables that a pool gave have no grid: the pool's range is what they end at.
+TEST_F(FitVerdictTest, APooledGuessBoundsAtTheEndsOfItsRange) {
+  const NumberRange& range = NumberRanges()[kLogBendingLength];
+  const auto bound = [&](double log_length) {
+    problem_.is_pooled = true;
+    problem_.material = report_.material;
+    const double now =
+        std::log(BendingLength(MeanBend(problem_.material.bend[0]), problem_.material.density));
+    problem_.material = Scaled(problem_.material, 1.0, std::exp(3 * (log_length - now)));
+    return FindBendBound(problem_, report_, {}, {}, 0.3);
+  };
+  EXPECT_EQ(bound(0.5 * (range.low + range.high)), Bound::kNone);
+  EXPECT_EQ(bound(range.high), Bound::kAtLeast);
+  EXPECT_EQ(bound(range.low), Bound::kAtMost);
+}
+
 // Each criterion alone lowers the grade, and is named.
 TEST_F(FitVerdictTest, EachFaultIsFoundAndNamed) {
   struct Fault {
