@@ -18,6 +18,10 @@ constexpr int kMaxNonMonotoneSteps = 8;  // consecutive steps above the lowest e
 constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kMinRadius = 1e-9;  // [m]
 constexpr double kShiftDecay = 0.25, kMinShift = 0.2;  // kMinShift × StiffnessShift::first
 constexpr double kResidualDecrease = 0.9;
+// Rounding keeps the residual of stiff cloth above the tolerance: so many steps in a row below this
+// have converged.
+constexpr double kRoundedResidual = 1e-7;
+constexpr int kRoundedSteps = 4;
 
 // Largest asymmetry of a drape that counts as stable [MODEL, M36]. Nearer to a fold bifurcation the
 // skew part of K dominates, and Newton's method with a factor of Ks alone no longer converges.
@@ -196,7 +200,9 @@ NewtonControl::NewtonControl(const EquilibriumOptions& options, double residual,
     : options_(options), here_{residual, energy}, best_(here_), radius_(options.first_radius) {}
 
 NewtonNext NewtonControl::Next() const {
-  if (here_.residual <= options_.tolerance) return NewtonNext::kConverged;
+  if (here_.residual <= options_.tolerance ||
+      (here_.residual <= kRoundedResidual && rounded_steps_ >= kRoundedSteps))
+    return NewtonNext::kConverged;
   if (Cancelled()) return NewtonNext::kCancelled;
   if (no_shift_left_ || iterations() == options_.max_iterations || radius_ < kMinRadius)
     return NewtonNext::kGiveUp;
@@ -227,6 +233,7 @@ double NewtonControl::Scale(double move) {
 
 NewtonVerdict NewtonControl::Judge(double residual, double energy) {
   const Shape shape{residual, energy};
+  rounded_steps_ = residual <= kRoundedResidual ? rounded_steps_ + 1 : 0;
   const bool better = IsBetter(shape);
   steps_.push_back({here_.residual, energy, shift_, better});
   AdaptShift();

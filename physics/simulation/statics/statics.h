@@ -31,8 +31,8 @@ struct StiffnessShift {
 };
 
 struct EquilibriumOptions {
-  double tolerance = 1e-9;                  // ‖f‖ ≤ tolerance × weight
-  int max_iterations = 100;                 // Newton steps
+  double tolerance = 1e-9;   // ‖f‖ ≤ tolerance × weight, or rounding [MODEL, M34]
+  int max_iterations = 100;  // Newton steps
   StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
   double first_radius = 3e-3;               // largest change of a coordinate in the first step [m]
   double max_radius = 0.02;                 // and in any step [m]
@@ -123,6 +123,7 @@ class NewtonControl {
   bool was_shortened_ = false;  // the present step
   bool was_raised_ = false;     // its shift
   bool no_shift_left_ = false;
+  int rounded_steps_ = 0;                 // the last steps that only rounding kept from the end
   int excursion_ = 0;                     // steps since best_
   bool excursion_was_shortened_ = false;  // one of these, or the present one
   int factorisations_ = 0;

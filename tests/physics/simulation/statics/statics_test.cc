@@ -269,6 +269,13 @@ TEST_F(NewtonControlTest, EndsAtTheToleranceOnly) {
             NewtonNext::kStep);
 }
 
+TEST_F(NewtonControlTest, EndsWhereOnlyRoundingIsLeft) {
+  for (int step = 0; step < 3; ++step) Step(1e-4, 5e-9, -1.0);
+  EXPECT_EQ(Step(1e-4, 2e-7, -1.0), NewtonVerdict::kNonMonotone);
+  for (int step = 0; step < 4; ++step) Step(1e-4, 5e-9, -2.0);
+  EXPECT_EQ(control_.Next(), NewtonNext::kConverged);
+}
+
 TEST_F(NewtonControlTest, EndsAtTheIterationLimitAndWhenCancelled) {
   std::atomic<bool> cancel = false;
   EquilibriumOptions options = kOptions;
