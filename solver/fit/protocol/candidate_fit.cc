@@ -16,6 +16,9 @@ namespace {
 // A retried guess replaces a fitted drape when its misfit is lower by this factor.
 constexpr double kRetryGain = 0.97;
 constexpr double kRoundTolerance = 1e-3;  // of all rounds but the last
+// TrustRegionOptions::least_scale of experiments, whose σ is their error: of a parameter that is
+// determined to 10 %.
+constexpr double kExperimentLeastScale = 1e2;
 // A coarse mesh lets a fit drift to stretch stiffnesses under which a fine one has no drape: by how
 // much they are lowered at a time, and at most.
 constexpr double kSoftening = 1.0 / 8, kLeastSoftening = 1e-3;
@@ -264,6 +267,7 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   fit.trust_region.initial_damping = options_.initial_damping;
   fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kRoundTolerance;
   fit.trust_region.cancel = cancel_;
+  if (FindExperiment(problem_) != nullptr) fit.trust_region.least_scale = kExperimentLeastScale;
   return fit;
 }
 
