@@ -38,6 +38,22 @@ std::string ResolvePath(const JsonInput& input, const std::string& folder) {
   return path.is_absolute() || folder.empty() ? path.string() : (fs::path(folder) / path).string();
 }
 
+// What `read` makes; an error of another file also names the key that led to it.
+template <class Read>
+auto NamingKey(const JsonInput& key, const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    throw InputError(key.Name(), error.what());
+  }
+}
+
+// What `read` makes of the file that a key names.
+template <class Read>
+auto ReadNamed(const JsonInput& key, const std::string& folder, const Read& read) {
+  return NamingKey(key, [&] { return read(ResolvePath(key, folder)); });
+}
+
 std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
   input.ExpectKeys({"huber", "cauchy", "tukey"});
   if (input.Size() != 1) input.Fail("one of huber, cauchy and tukey");
@@ -48,7 +64,8 @@ std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
 }
 
 Camera ReadCameraOrFile(const JsonInput& input, const std::string& folder) {
-  return input.value().is_string() ? ReadCamera(ResolvePath(input, folder)) : ReadCamera(input);
+  if (!input.value().is_string()) return ReadCamera(input);
+  return ReadNamed(input, folder, [](const std::string& path) { return ReadCamera(path); });
 }
 
 View ReadView(const JsonInput& input, const std::string& folder) {
@@ -66,7 +83,8 @@ std::vector<std::string> WithCommonKeys(std::vector<std::string> keys) {
 Measurement MakeMarkerMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"markers"}));
   const std::string path = ResolvePath(input.At("markers"), folder);
-  const auto markers = std::make_shared<const MeasuredMarkers>(ReadMarkers(path));
+  const auto markers = std::make_shared<const MeasuredMarkers>(
+      NamingKey(input.At("markers"), [&] { return ReadMarkers(path); }));
   return {
       .name = "markers of " + path,
       .readout =
@@ -80,10 +98,12 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
                                  const Mesh& mesh) {
   input.ExpectKeys(WithCommonKeys({"shape"}));
   const std::string path = ResolvePath(input.At("shape"), folder);
-  Measurement measurement{.name = "shape of " + path, .readout = {}, .data = ReadVertices(path)};
+  Measurement measurement{.name = "shape of " + path,
+                          .readout = {},
+                          .data = NamingKey(input.At("shape"), [&] { return ReadVertices(path); })};
   if (measurement.data.size() != mesh.rest_x.size())
-    throw InputError(path, Format("found %d vertices, expected the %d of the mesh",
-                                  int(measurement.data.size() / 3), mesh.num_vertices()));
+    input.At("shape").Fail(Format("a file of the mesh's %d vertices, not of %d",
+                                  mesh.num_vertices(), int(measurement.data.size() / 3)));
   // Places by their material coordinates, so that another mesh reads the same.
   const Eigen::Matrix2Xd places = mesh.uv;
   measurement.readout = [=](const ClothModel& model) {
@@ -95,7 +115,8 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
 std::vector<Measurement> MakePointMeasurements(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"points", "spacing", "max_distance"}));
   const std::string path = ResolvePath(input.At("points"), folder);
-  const Eigen::VectorXd points = ReadPointCloud(path);
+  const Eigen::VectorXd points =
+      NamingKey(input.At("points"), [&] { return ReadPointCloud(path); });
   std::vector<Measurement> measurements = {
       {.name = "points of " + path, .readout = [=](const ClothModel& model) {
          return std::make_shared<PointCloudReadout>(model.mesh, points);
@@ -113,18 +134,19 @@ std::vector<Measurement> MakePointMeasurements(const JsonInput& input, const std
   return measurements;
 }
 
-void RequireSize(const std::string& path, int width, int height, const Camera& camera) {
+void RequireSize(const JsonInput& image, int width, int height, const Camera& camera) {
   if (width == camera.width && height == camera.height) return;
-  throw InputError(path, Format("found %d x %d px, expected the %d x %d of its camera", width,
-                                height, camera.width, camera.height));
+  image.Fail(Format("an image of the %d x %d px of its camera, not of %d x %d px", camera.width,
+                    camera.height, width, height));
 }
 
 Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"depth", "metres_per_count", "background", "view"}));
   const std::string path = ResolvePath(input.At("depth"), folder);
-  const DepthMap map = ReadDepthMap(path, input.At("metres_per_count").NumberWithin(1e-9, 1.0));
+  const double scale = input.At("metres_per_count").NumberWithin(1e-9, 1.0);
+  const DepthMap map = NamingKey(input.At("depth"), [&] { return ReadDepthMap(path, scale); });
   const View view = ReadView(input.At("view"), folder);
-  RequireSize(path, map.width, map.height, view.camera);
+  RequireSize(input.At("depth"), map.width, map.height, view.camera);
   const double background = input.At("background").NumberWithin(0.0, kMostLength);
   Measurement measurement{.name = "depth of " + path, .readout = [=](const ClothModel& model) {
                             return std::make_shared<DepthReadout>(model.mesh, view, map.pixels,
@@ -139,9 +161,10 @@ Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& fold
 Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
   const std::string path = ResolvePath(input.At("silhouette"), folder);
-  const GrayImage image = ReadSilhouette(path).image;
+  const GrayImage image =
+      NamingKey(input.At("silhouette"), [&] { return ReadSilhouette(path).image; });
   const View view = ReadView(input.At("view"), folder);
-  RequireSize(path, image.width, image.height, view.camera);
+  RequireSize(input.At("silhouette"), image.width, image.height, view.camera);
   SoftSilhouetteOptions soft;
   if (input.Has("half_width")) soft.half_width = input.At("half_width").NumberWithin(0.1, 100.0);
   Measurement measurement{.name = "silhouette of " + path, .readout = [=](const ClothModel& model) {
@@ -249,7 +272,8 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
     each.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
     // Builds it, since a place off the cloth is an error of the file.
-    if (const int count = each.readout(model)->size(); count > kMostNumbers)
+    const int count = NamingKey(input, [&] { return each.readout(model)->size(); });
+    if (count > kMostNumbers)
       throw InputError(input.Name(), Format("found %d numbers, expected at most %d: thin them out",
                                             count, kMostNumbers));
   }
@@ -304,11 +328,13 @@ void SortFrames(std::vector<int>& frames) {
 Mesh ReadMesh(const JsonInput& input, const std::string& folder) {
   const std::string mesh = input.String();
   const bool is_file = mesh.find(':') == std::string::npos;
-  try {
-    return ParseMeshSpec(is_file ? ResolvePath(input, folder) : mesh);
-  } catch (const InputError& error) {
-    throw InputError(input.Name(), error.what());
-  }
+  return NamingKey(input,
+                   [&] { return ParseMeshSpec(is_file ? ResolvePath(input, folder) : mesh); });
+}
+
+Scene ReadSceneOrFile(const JsonInput& input, const std::string& folder) {
+  if (!input.value().is_string()) return ReadScene(input, folder);
+  return ReadNamed(input, folder, [](const std::string& path) { return ReadScene(path); });
 }
 
 Eigen::Vector3d BeginVelocity(const Experiment& experiment) {
@@ -342,16 +368,15 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   if (input.Has("name")) experiment.name = ReadName(input.At("name"));
   experiment.mesh = ReadMesh(input.At("mesh"), folder);
   const JsonInput scene = input.At("scene");
-  experiment.scene =
-      scene.value().is_string() ? ReadScene(ResolvePath(scene, folder)) : ReadScene(scene, folder);
+  experiment.scene = ReadSceneOrFile(scene, folder);
   for (const int i : experiment.scene.handles.value_or(Handles{}).vertices)
     if (i >= experiment.mesh.num_vertices())
       throw InputError(scene.Name(), Format("found the handle of vertex %d, expected less than %d",
                                             i, experiment.mesh.num_vertices()));
   if (input.Has("start"))
-    experiment.start = ReadStart(ResolvePath(input.At("start"), folder), experiment.mesh,
-                                 SupportRadius(experiment.scene).value_or(0.0))
-                           .x;
+    experiment.start = ReadNamed(input.At("start"), folder, [&](const std::string& path) {
+      return ReadStart(path, experiment.mesh, SupportRadius(experiment.scene).value_or(0.0)).x;
+    });
   if (input.Has("random_starts"))
     experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
   if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);

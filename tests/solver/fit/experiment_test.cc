@@ -224,6 +224,22 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
       "e.json: key 'experiments[0].mesh': strip:0.2.x005x4");
 }
 
+// Who reads of a file that is missing or wrong also reads which key led to it.
+TEST_F(ExperimentFileTest, AnErrorOfAnotherFileNamesTheKey) {
+  EXPECT_INPUT_ERROR(Read(R"({"markers": "none.csv", "sigma": 1})"),
+                     "experiment.json: key 'experiments[0].measurements[0].markers': ");
+  EXPECT_INPUT_ERROR(Read(R"({"points": "none.ply", "sigma": 1})"), "measurements[0].points': ");
+  EXPECT_INPUT_ERROR(Read(R"({"silhouette": "none.png", "view": "none.json", "sigma": 1})"),
+                     "silhouette': ");
+  WriteObj(Path("scan.obj"), ParseMeshSpec("strip:0.2x0.2x5"),
+           ParseMeshSpec("strip:0.2x0.2x5").rest_x);
+  EXPECT_INPUT_ERROR(Read(R"({"shape": "scan.obj", "sigma": 1})"), "shape': found");
+  EXPECT_INPUT_ERROR(
+      ReadExperiments(
+          Write("e.json", R"({"experiments": [{"mesh": "strip:0.2x0.05x4", "scene": "swing"}]})")),
+      "e.json: key 'experiments[0].scene': ");
+}
+
 // A cost with a loss is what Ceres makes of it: from far outliers the fit turns away.
 TEST(RobustBlocks, AnOutlierIsPassedBy) {
   const auto model = std::make_shared<const ClothModel>(
