@@ -460,6 +460,7 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
   StoredFit fit;
   FitReport& report = fit.report;
   StagedFitOptions stages = spec.stages;
+  const std::vector<MaterialField> starts = ListStartTables(input.problem);
   report.lab_fit = FitLab(stages, input, control);
   if (const Experiment* experiment = FindExperiment(input.problem)) {
     stages.grid.lifts = ListStarts(*experiment);
@@ -474,7 +475,9 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
     of_table.save = store.save;
     fit.state = RunNestedFit(input.problem, stages, std::move(fit.state), of_table);
   }
+  report.start = starts.front();
   if (const FitCandidate* best = Best(fit.state)) {
+    report.start = starts[best->guess.table];
     input.problem.observations = LaidObservations(input.problem, *best);
     for (FitCandidate& candidate : fit.state.candidates) candidate.mirrored.clear();
   }

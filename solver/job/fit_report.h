@@ -94,6 +94,7 @@ struct FitReport {
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.
   MaterialField material;
+  std::optional<MaterialField> start;     // the start tables of its one table
   std::optional<FieldFit> fields;         // kHeterogeneous
   std::optional<PosteriorFit> posterior;  // kBayes, kBdp
   Spectrum spectrum;                      // empty when the drapes are not stable

@@ -36,6 +36,7 @@ constexpr Limits kMisfit = {2.0, 3.0};                      // of a laboratory r
 constexpr Limits kMeasurementMisfit = {1.5, 3.0};           // of an experiment [sigma]
 constexpr Limits kBendFactor = {2.0, 4.0};  // half the 90 % interval of a rigidity, as a factor
 constexpr double kNearSingular = 0.95;      // c12²/(c11·c22); kLargestCoupling² is 0.98
+constexpr double kReach = 100.0;            // of a fit from its start tables, as a factor
 
 // The root mean square outline error [mm] that models of so many numbers reach on known fabrics
 // with an overhang of 60 mm (tests/bench/FITS.md), and the limit of what is usable.
@@ -140,12 +141,29 @@ void JudgeRest(const DrapeReport& drape, const std::string& which, Judges& judge
                          which);
 }
 
+// A fit far from its start tables may have left the minimum that the data mean: a cloth that hardly
+// stretches is as like its measurements with any stretching stiffness.
+void JudgeReach(const FitReport& report, Judge& judge) {
+  if (!report.start) return;
+  const MaterialField fitted = MeanTables(report.material), &start = *report.start;
+  const auto judge_ratio = [&](const char* name, double ratio) {
+    if (std::abs(std::log(ratio)) > std::log(kReach))
+      judge.Add(FitGrade::kUsable,
+                Format("the %s stiffness ends at %.3g times the start tables' and may be another "
+                       "cloth's: start nearer to it",
+                       name, ratio));
+  };
+  judge_ratio("stretching", MeanStretch(fitted.stretch[0]) / MeanStretch(start.stretch[0]));
+  judge_ratio("bending", MeanBend(fitted.bend[0]) / MeanBend(start.bend[0]));
+}
+
 void JudgeMeasurements(const FitReport& report, Judges& judges) {
   for (const MeasurementReport& each : report.measurements)
     judges.shape.Add(ChooseGrade(each.misfit, kMeasurementMisfit),
                      each.experiment + ": " + each.name +
                          Format(" are off by %.1f sigma, root mean square", each.misfit));
   for (const DrapeReport& drape : report.drapes) JudgeRest(drape, "", judges);
+  JudgeReach(report, judges.bending);
 }
 
 void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen::Index numbers,

@@ -17,6 +17,7 @@ namespace drape {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 // One bend entry in 15 of the mean, all equal: ln(mean) = mean of the log entries.
 MaterialField UniformTables() {
@@ -330,6 +331,18 @@ TEST_F(FitVerdictTest, EachFaultIsFoundAndNamed) {
     EXPECT_EQ(Judge().grade, fault.grade) << fault.named;
     EXPECT_THAT(Line(), HasSubstr(fault.named));
   }
+}
+
+// A cloth that hardly stretches explains what another does, with a misfit as small.
+TEST_F(FitVerdictTest, AFitFarFromItsStartTablesIsNotGood) {
+  report_.drapes.clear();
+  report_.measurements = {{.experiment = "strip", .name = "markers", .count = 45, .misfit = 1.1}};
+  report_.start = report_.material;
+  EXPECT_EQ(Judge().grade, FitGrade::kGood);
+  report_.start = Scaled(report_.material, 1 / 515.0, 1 / 12.4);
+  EXPECT_EQ(Judge().bending.grade, FitGrade::kUsable);
+  EXPECT_THAT(Line(), HasSubstr("the stretching stiffness ends at 515 times the start tables'"));
+  EXPECT_THAT(Line(), Not(HasSubstr("the bending stiffness ends at")));
 }
 
 TEST_F(FitVerdictTest, TheWorstComesFirst) {
