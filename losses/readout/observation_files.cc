@@ -38,12 +38,6 @@ std::vector<std::string> SplitFields(std::string_view line, char separator) {
   return fields;
 }
 
-std::string Joined(const std::vector<std::string>& fields) {
-  std::string line;
-  for (const std::string& field : fields) line += (line.empty() ? "" : ",") + field;
-  return line;
-}
-
 struct Table {
   std::string header;  // one of the expected ones
   std::vector<std::vector<double>> rows;
@@ -64,9 +58,11 @@ class TableReader {
     if (!NextLine(&line)) throw InputError(path_, "the file is empty, expected " + Either(headers));
     separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
     const std::vector<std::string> names = SplitFields(line, separator_);
-    table.header = Joined(names);
-    if (std::find(headers.begin(), headers.end(), table.header) == headers.end())
+    const auto found = std::ranges::find_if(
+        headers, [&](const std::string& each) { return SplitFields(each, ',') == names; });
+    if (found == headers.end())
       Fail("found '" + MakePrintableLine(line) + "', expected " + Either(headers));
+    table.header = *found;
     while (NextLine(&line)) {
       if (table.rows.size() == kMost) Fail("found a row more, expected at most 2^24");
       table.rows.push_back(Numbers(line, names));
@@ -167,10 +163,9 @@ void CheckIsGrey16(const std::string& bytes, const std::string& path) {
     throw InputError(path, Format("has %d bits a sample, colour type %d, expected a grey PNG of 16 "
                                   "bits (colour type 0)",
                                   png[kDepth], png[kColour]));
-  const int64_t width = png_get_uint_32(png + kWidth), height = png_get_uint_32(png + kHeight);
-  if (width * height > static_cast<int64_t>(kMost))
-    throw InputError(path, Format("image is %lldx%lld, expected at most 2^24 pixels",
-                                  static_cast<long long>(width), static_cast<long long>(height)));
+  const std::size_t width = png_get_uint_32(png + kWidth), height = png_get_uint_32(png + kHeight);
+  if (width > kMost || height > kMost || width * height > kMost)
+    throw InputError(path, Format("image is %zux%zu, expected at most 2^24 pixels", width, height));
 }
 
 }  // namespace

@@ -82,6 +82,13 @@ TEST_F(ObservationFilesTest, SaysWhatIsWrongInATable) {
   EXPECT_INPUT_ERROR(ReadMarkers(Path("none.csv")), "none.csv");
 }
 
+// A header in one field has the names of a good one and fewer columns.
+TEST_F(ObservationFilesTest, RefusesAHeaderOfFewerColumns) {
+  EXPECT_INPUT_ERROR(ReadMarkers(Write("a.csv", ";weft_m,warp_m,x_m,y_m,z_m\n0,;0\n")),
+                     "a.csv:1: found ';weft_m,warp_m,x_m,y_m,z_m', expected the header");
+  EXPECT_INPUT_ERROR(ReadPointCloud(Write("b.csv", ";x,y,z\n0;0\n")), "b.csv:1: found ';x,y,z'");
+}
+
 TEST_F(ObservationFilesTest, ReadsCloudsOfPoints) {
   const Eigen::VectorXd points = (Eigen::VectorXd(6) << 0, 0.25, -0.5, 0.125, 1, 2).finished();
   const std::string header = "ply\nformat ascii 1.0\nelement vertex 2\n";
@@ -132,6 +139,10 @@ TEST_F(ObservationFilesTest, SaysWhatIsWrongInADepthMap) {
   EXPECT_INPUT_ERROR(ReadDepthMap(good, 0.0), "metres_per_count: found 0");
   EXPECT_INPUT_ERROR(ReadDepthMap(good, std::nan("")), "metres_per_count");
   EXPECT_INPUT_ERROR(ReadDepthMap(Write("a.png", "GIF89a"), 1e-3), "a.png: is no PNG");
+  std::string huge = Read(good);
+  huge.replace(16, 8, "\xff\xff\xff\xfc\xff\xff\xf9\x02");
+  EXPECT_INPUT_ERROR(ReadDepthMap(Write("huge.png", huge), 1e-3),
+                     "image is 4294967292x4294965506, expected at most 2^24 pixels");
   EXPECT_INPUT_ERROR(ReadDepthMap(WritePng("b.png", counts.data(), 6, 4, PNG_FORMAT_GRAY), 1e-3),
                      "b.png: has 8 bits a sample");
   EXPECT_INPUT_ERROR(
