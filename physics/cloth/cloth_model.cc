@@ -18,7 +18,10 @@ std::vector<int> HeldVertices(const Mesh& mesh, const Scene& scene) {
   std::vector<int> held;
   if (!scene.handles) return held;
   const auto& [regions, vertices, stiffness] = *scene.handles;
-  for (const int i : vertices) CHECK(i >= 0 && i < mesh.num_vertices()) << "no vertex " << i;
+  for (const int i : vertices)
+    if (i < 0 || i >= mesh.num_vertices())
+      throw InputError("scene", Format("found the handle of vertex %d, expected 0 … %d", i,
+                                       mesh.num_vertices() - 1));
   for (int i = 0; i < mesh.num_vertices(); ++i) {
     const Eigen::Vector3d rest = mesh.rest_x.segment<3>(3 * i);
     const bool in_region = std::any_of(regions.begin(), regions.end(), [&](const Region& region) {
@@ -45,7 +48,9 @@ std::vector<VertexLoad> LoadedVertices(const Mesh& mesh, const Scene& scene) {
       share[a] += half;
       share[b] += half;
     }
-  CHECK_GT(share.sum(), 0.0) << "no edge of the hem lies in the region of the load";
+  if (!(share.sum() > 0.0))
+    throw InputError("scene",
+                     "found no edge of the hem in the region of the load, expected at least one");
   share /= share.sum();
   for (int i = 0; i < mesh.num_vertices(); ++i)
     if (share[i] > 0.0) loads.push_back({i, share[i] * scene.load->force});

@@ -31,8 +31,8 @@ struct ClothModel {
   std::vector<int> held;        // vertices with a handle [MODEL, M28]
   std::vector<VertexLoad> loads;
 
-  // CHECKs that the region of a load contains edges of the hem, and that the mesh has the vertices
-  // that are held by their number.
+  // Throws InputError where the region of a load contains no edge of the hem, and where the mesh
+  // has not the vertices that are held by their number.
   ClothModel(Mesh mesh, Scene scene, Law law);
 
   int num_dofs() const { return static_cast<int>(mesh.rest_x.size()); }

@@ -369,10 +369,6 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   experiment.mesh = ReadMesh(input.At("mesh"), folder);
   const JsonInput scene = input.At("scene");
   experiment.scene = ReadSceneOrFile(scene, folder);
-  for (const int i : experiment.scene.handles.value_or(Handles{}).vertices)
-    if (i >= experiment.mesh.num_vertices())
-      throw InputError(scene.Name(), Format("found the handle of vertex %d, expected less than %d",
-                                            i, experiment.mesh.num_vertices()));
   if (input.Has("start"))
     experiment.start = ReadNamed(input.At("start"), folder, [&](const std::string& path) {
       return ReadStart(path, experiment.mesh, SupportRadius(experiment.scene).value_or(0.0)).x;
@@ -383,7 +379,8 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   experiment.in_newtons = experiment.scene.load.has_value();
   const JsonInput measurements = input.At("measurements");
   if (measurements.ExpectArray().Size() == 0) measurements.Fail("at least one measurement");
-  const ClothModel model(experiment.mesh, experiment.scene, MakeLaw("smooth"));
+  const ClothModel model = NamingKey(
+      scene, [&] { return ClothModel(experiment.mesh, experiment.scene, MakeLaw("smooth")); });
   for (int i = 0; i < measurements.Size(); ++i)
     for (Measurement& each : ReadMeasurement(measurements.At(i), folder, model)) {
       const bool is_shape = measurements.At(i).Has("shape");
@@ -508,7 +505,9 @@ ExperimentFile ReadExperiments(const std::string& path) {
       file.lab_measurements.push_back(ResolvePath(input.At("lab_tests").At(i), folder));
   for (int i = 0; input.Has("fit") && i < input.At("fit").ExpectArray().Size(); ++i) {
     const JsonInput name = input.At("fit").At(i);
-    file.fitted.push_back(ParseName<FreeNumber>(name.String(), name.Name()));
+    const auto number = ParseName<FreeNumber>(name.String(), name.Name());
+    if (std::ranges::count(file.fitted, number) > 0) name.Fail("each number once");
+    file.fitted.push_back(number);
   }
   const JsonInput experiments = input.At("experiments");
   if (experiments.ExpectArray().Size() == 0) experiments.Fail("at least one experiment");

@@ -123,6 +123,7 @@ TEST_F(ExperimentFileTest, WhatIsFittedHasToBeSeen) {
   EXPECT_EQ(read("density", "", force).fitted, std::vector{FreeNumber::kDensity});
   EXPECT_INPUT_ERROR(read("mass", "", force), "density, mass_damping, stiffness_damping");
   EXPECT_INPUT_ERROR(read("velocity", "", force), "none without a motion");
+  EXPECT_INPUT_ERROR(read(R"(density", "density)", "", force), "'fit[1]': found \"density\"");
   const std::string still = R"(, "motion": {"steps": 2, "time_step": 0.01})";
   EXPECT_EQ(read("velocity", still, angle).fitted, std::vector{FreeNumber::kVelocity});
   EXPECT_INPUT_ERROR(read("wind", still, angle), "air_drag");
@@ -238,6 +239,10 @@ TEST_F(ExperimentFileTest, AnErrorOfAnotherFileNamesTheKey) {
       ReadExperiments(
           Write("e.json", R"({"experiments": [{"mesh": "strip:0.2x0.05x4", "scene": "swing"}]})")),
       "e.json: key 'experiments[0].scene': ");
+  EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": [{"mesh":
+      "strip:0.2x0.05x4", "measurements": [{}], "scene": {"load": {"region": {"disc":
+      {"radius": 0.01, "centre": [9, 0]}}, "force": [1, 0, 0]}}}]})")),
+                     "'experiments[0].scene': scene: found no edge of the hem");
 }
 
 // A cost with a loss is what Ceres makes of it: from far outliers the fit turns away.
