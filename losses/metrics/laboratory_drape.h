@@ -41,7 +41,8 @@ LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const Drap
 
 // Where a number is from, in the words of all programs, pages and files.
 inline constexpr char kMeasured[] = "measured", kFromThePrior[] = "from the prior",
-                      kGiven[] = "given", kOriginNotKnown[] = "not known";
+                      kGiven[] = "given", kOriginNotKnown[] = "not known",
+                      kMeasuredIfMass[] = "measured, if the assumed mass is right";
 
 // A quantity as a textile laboratory reports it, in its unit: the one type in which the value, the
 // interval and the origin of a number go from a fit to its verdict, sheet, page and exports.

@@ -133,6 +133,34 @@ std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::Vecto
   return nearest;
 }
 
+PooledLength EstimateBendingLength(const OutlinePool& pool, const Eigen::VectorXd& radius) {
+  constexpr int kLike = 50;
+  constexpr double kEdge = 0.03;  // of the logarithm, from an end of the range
+  const std::vector<PooledMatch> nearest = FindNearest(pool, radius, kLike + 1);
+  const double farthest = nearest.back().distance;
+  std::vector<std::pair<double, double>> lengths;  // ln c, weight
+  double sum = 0.0;
+  for (const PooledMatch& each : nearest) {
+    const double weight = 1.0 - std::pow(each.distance / farthest, 2);  // 0 of the last
+    lengths.emplace_back(each.numbers[kLogBendingLength], weight);
+    sum += weight;
+  }
+  std::sort(lengths.begin(), lengths.end());
+  const auto quantile = [&](double share) {
+    double below = 0.0;
+    for (const auto& [length, weight] : lengths)
+      if ((below += weight) >= share * sum) return length;
+    return lengths.back().first;
+  };
+  const NumberRange& range = NumberRanges()[kLogBendingLength];
+  const double low = quantile(0.05), high = quantile(0.95);
+  return {.low = std::exp(low),
+          .median = std::exp(quantile(0.5)),
+          .high = std::exp(high),
+          .reaches_least = low<range.low + kEdge, .reaches_most = high> range.high - kEdge,
+          .distance = nearest.front().distance};
+}
+
 SpecimenNumbers TurnedNumbers(const SpecimenNumbers& numbers, double angle) {
   // ln of bend over that of the mean: of edges along the weft, at 45° and along the warp.
   const double wave2 = numbers[kBendAnisotropy] / 2, bias = numbers[kBiasBend];

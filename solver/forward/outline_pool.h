@@ -47,6 +47,15 @@ struct PooledMatch {
 std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::VectorXd& radius,
                                      int count);
 
+// The bending length [m] of the drapes of a pool that are like an outline: the median and the ends
+// of the 90 % interval of the nearest ones, weighed by their distance [Beaumont 2002].
+struct PooledLength {
+  double low = 0.0, median = 0.0, high = 0.0;
+  bool reaches_least = false, reaches_most = false;  // an end of the range of the pool
+  double distance = 0.0;                             // of the nearest, as PooledMatch
+};
+PooledLength EstimateBendingLength(const OutlinePool& pool, const Eigen::VectorXd& radius);
+
 // The numbers of a cloth turned counter-clockwise by an angle [rad]: ln of bend is interpolated
 // between the directions by its waves 0, 2 and 4, stretch by its wave 2; what a turn makes unequal
 // at +45° and −45° is averaged, as the tables have one number for both.

@@ -18,6 +18,7 @@
 #include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/nested_fit.h"
+#include "solver/job/first_answer.h"
 #include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/prediction/exchange/exchange_record.h"
@@ -468,7 +469,10 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
   }
   const bool ready = !report.lab_fit || (report.lab_fit->termination != FitTermination::kFailed &&
                                          report.lab_fit->termination != FitTermination::kCancelled);
-  if (store.begin) fit.state = store.begin(input, stages, ready);
+  if (store.begin) {
+    fit.state = store.begin(input, stages, ready);
+    report.at_once = AnswerAtOnce(input, control);
+  }
   const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;
   if (ready && !input.problem.observations.empty()) {
     StagedFitControl of_table{SummaryPart(control, 0.0, table_share, store)};

@@ -90,6 +90,7 @@ struct FitReport {
   std::optional<FitSummary> lab_fit;  // of the laboratory measurements alone, where there are some
   std::vector<StripReport> strips;    // with the fitted material
   std::vector<MeasurementReport> measurements = {};  // with it
+  std::vector<LaboratorySheet> at_once = {};         // before the fit (AnswerAtOnce)
   std::vector<DynamicsReport> dynamics = {};
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.

@@ -14,6 +14,7 @@
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/drape_pool.h"
 #include "solver/forward/settle.h"
+#include "solver/job/first_answer.h"
 #include "solver/job/fit_report.h"
 
 namespace drape {
@@ -259,6 +260,9 @@ void JudgeBending(const FitReport& report, Judge& judge) {
     return judge.Add(FitGrade::kDoNotUse, "the data do not determine the bending stiffness");
   if (row->is_bound())
     return judge.Add(FitGrade::kUsable, "the data bound the bending stiffness from one side only");
+  for (const LaboratorySheet& each : report.at_once)
+    if (const auto reason = FindDisagreement(each, *report.fabric_sheet))
+      judge.Add(FitGrade::kUsable, *reason);
   const double power = row->key.starts_with("bending_length_") ? 3.0 : 1.0;  // of a length
   const double factor = std::pow(row->interval->high / row->interval->low, power / 2);
   judge.Add(ChooseGrade(factor, kBendFactor),

@@ -109,8 +109,7 @@ class SheetWriter {
  private:
   static constexpr double kMicro = 1e6, kCentimetres = 1e2, kGrams = 1e3;  // in an SI unit
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  static constexpr char kMeasuredIfMass[] = "measured, if the assumed mass is right",
-                        kIso[] = "ISO 9073-7";
+  static constexpr char kIso[] = "ISO 9073-7";
 
   LinearFabric Linearise(const MaterialField& tables) const {
     return LineariseInDrape(tables, input_.law, input_.weights);

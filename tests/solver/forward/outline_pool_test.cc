@@ -104,6 +104,35 @@ TEST(OutlinePool, TurnsTheDirectionsOfACloth) {
   EXPECT_NEAR(eighth[kBiasBend], -0.3, 1e-12);
 }
 
+// Drapes that a pool does not have lie in nine of ten of its intervals.
+TEST(OutlinePool, IntervalsOfBendingLengthsHold) {
+  const OutlinePool* whole = FindBuiltInPool(DrapeDiscs());
+  ASSERT_NE(whole, nullptr);
+  constexpr int kOneOf = 120;
+  OutlinePool pool = *whole;
+  pool.numbers.clear();
+  pool.radius.clear();
+  for (int i = 0; i < whole->num_drapes(); ++i)
+    if (i % kOneOf != 0) {
+      pool.numbers.push_back(whole->numbers[i]);
+      pool.radius.push_back(whole->radius[i]);
+    }
+  int tried = 0, held = 0;
+  double log_width = 0.0;
+  for (int i = 0; i < whole->num_drapes(); i += kOneOf) {
+    const PooledLength found = EstimateBendingLength(pool, whole->radius[i]);
+    const double length = std::exp(whole->numbers[i][kLogBendingLength]);
+    EXPECT_LE(found.low, found.median);
+    EXPECT_LE(found.median, found.high);
+    ++tried;
+    held += (found.reaches_least || found.low <= length) &&
+            (found.reaches_most || length <= found.high);
+    log_width += std::log(found.high / found.low);
+  }
+  EXPECT_NEAR(double(held) / tried, 0.9, 0.06) << tried;
+  EXPECT_LT(std::exp(0.5 * log_width / tried), 1.35);
+}
+
 // The first drape of the shipped pool, simulated again.
 TEST(OutlinePool, HasTheDrapesOfTheSimulator) {
   const OutlinePool* pool = FindBuiltInPool(DrapeDiscs());

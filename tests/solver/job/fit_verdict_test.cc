@@ -345,6 +345,25 @@ TEST_F(FitVerdictTest, AFitFarFromItsStartTablesIsNotGood) {
   EXPECT_THAT(Line(), Not(HasSubstr("the bending stiffness ends at")));
 }
 
+// An answer at once that the fit contradicts leaves it in doubt.
+TEST_F(FitVerdictTest, PooledDrapesThatSayOtherwiseLowerTheBending) {
+  const double length = report_.fabric_sheet->of("bending_length_overall_cm").value;
+  const auto at_once = [&](double factor) {
+    report_.at_once = {{.title = "at once",
+                        .rows = {{.key = "bending_length_overall_cm",
+                                  .name = "bending length c, overall",
+                                  .value = factor * length,
+                                  .unit = "cm",
+                                  .interval = LaboratoryRow::Interval{0.9 * factor * length,
+                                                                      1.1 * factor * length},
+                                  .source = kMeasured}}}};
+    return Judge().bending.grade;
+  };
+  EXPECT_EQ(at_once(1.0), FitGrade::kGood);
+  EXPECT_EQ(at_once(2.5), FitGrade::kUsable);
+  EXPECT_THAT(Line(), HasSubstr("pooled drapes like the image say otherwise"));
+}
+
 TEST_F(FitVerdictTest, TheWorstComesFirst) {
   SetFolds(8);
   drape().lowest_eigenvalues.resize(0);
