@@ -200,9 +200,9 @@ PlaceWeights WeightsOfMarkers(const Mesh& mesh, const MeasuredMarkers& markers,
 }
 
 Eigen::VectorXd ReadPointCloud(const std::string& path) {
-  const Eigen::VectorXd x = IsSurfaceFile(path)
-                                ? ReadVertices(path)
-                                : LastColumns(TableReader(path).Read({"x,y,z", "x_m,y_m,z_m"}));
+  Eigen::VectorXd x = IsSurfaceFile(path)
+                          ? ReadVertices(path)
+                          : LastColumns(TableReader(path).Read({"x,y,z", "x_m,y_m,z_m"}));
   if (x.size() > 3 * static_cast<Eigen::Index>(kMost))
     throw InputError(path, Format("found %td points, expected at most 2^24", x.size() / 3));
   CheckExtent(x, path);
@@ -242,7 +242,7 @@ Eigen::VectorXd PointsOfDepthMap(const DepthMap& map, const View& view) {
   for (std::size_t i = 0; i < map.pixels.size(); ++i) {
     const int pixel = map.pixels[i];
     x.segment<3>(3 * Eigen::Index(i)) = view.WorldFromImage(
-        {double(pixel % map.width), double(pixel / map.width)}, map.depth[pixel]);
+        {double(pixel % map.width), std::floor(double(pixel) / map.width)}, map.depth[pixel]);
   }
   return x;
 }

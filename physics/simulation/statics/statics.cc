@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/dynamics.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/simulation/statics/stiffness.h"
 
