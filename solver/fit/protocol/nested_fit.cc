@@ -272,7 +272,8 @@ FitProblem PartProblem(const FitProblem& problem, int part) {
   own.fine = MeshOfPart(problem, part);
   own.search.clear();
   own.simpler_models.clear();
-  if (part >= CountSimpler(problem)) return own;
+  // Strips and motions alone are fitted once, by the given model.
+  if (part >= CountSimpler(problem) || problem.observations.empty()) return own;
   const TableForm form = problem.simpler_models[part].form;
   own.material = InForm(own.material, form);
   for (MaterialField& other : own.other_materials) other = InForm(other, form);

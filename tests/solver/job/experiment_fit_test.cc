@@ -171,6 +171,22 @@ TEST_F(StripFitTest, AMotionGivesDampingAndDrag) {
   EXPECT_NEAR(Bend(), 3.0, 0.3);
 }
 
+// Models that the fitted one contains belong to a search, and a motion has none.
+TEST_F(StripFitTest, AMotionKeepsTheTablesThatWereFitted) {
+  const auto model = MakeModel("strip:0.15x0.03x6", kHeldEdge);
+  const nlohmann::json film =
+      Film(*model, Scaled(TestMaterial(), 1.0, 2.0), Eigen::Vector3d::Zero(),
+           {.h = 0.02, .steps = 10, .frames = {5, 10}});
+  spec_.stages.parameters = ParameterTying::kColumns;
+  std::vector<std::vector<uint8_t>> materials;
+  for (const bool simpler : {false, true}) {
+    spec_.simpler_models = simpler;
+    FitStrip("strip:0.15x0.03x6", {{"steps", 10}, {"time_step", 0.02}}, film, {});
+    materials.push_back(ReadAll(folder_ / "material.json"));
+  }
+  EXPECT_EQ(materials[0], materials[1]);
+}
+
 // A flag of known weight gives the wind and the drag.
 TEST_F(StripFitTest, AFlagGivesWindAndDrag) {
   MaterialField reference = Scaled(TestMaterial(), 1.0, 3.0);
