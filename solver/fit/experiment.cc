@@ -158,6 +158,21 @@ Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& fold
   return measurement;
 }
 
+// Pixels beside one of another coverage. The others are the same for most drapes.
+int CountAtOutline(const GrayImage& image) {
+  int count = 0;
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      const auto differs = [&](int x, int y) {
+        return x >= 0 && y >= 0 && x < image.width && y < image.height &&
+               image.at(x, y) != image.at(column, row);
+      };
+      count += differs(column - 1, row) || differs(column + 1, row) || differs(column, row - 1) ||
+               differs(column, row + 1);
+    }
+  return count;
+}
+
 Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
   const std::string path = ResolvePath(input.At("silhouette"), folder);
@@ -174,6 +189,7 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
   for (int row = 0; row < image.height; ++row)
     for (int column = 0; column < image.width; ++column)
       measurement.data[row * image.width + column] = image.at(column, row);
+  measurement.num_telling = std::max(1, CountAtOutline(image));
   return measurement;
 }
 
@@ -439,8 +455,10 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& mo
                 .data = each.data,
                 .sigma = each.sigma,
                 .loss = each.loss,
-                .frame = frame};
+                .frame = frame,
+                .num_telling = each.num_telling};
     if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
+    if (sight.num_telling == 0) sight.num_telling = sight.readouts.front()->num_independent();
     sights.push_back(std::move(sight));
   }
   return sights;
@@ -477,15 +495,14 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
     std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, material, x);
     if (!residual) return std::nullopt;
     cost += WeighByLoss(sight, *residual, nullptr);
-    count += sight.readouts.front()->num_independent();
+    count += sight.num_telling;
   }
   return std::sqrt(2.0 * cost / static_cast<double>(count));
 }
 
 int CountResiduals(const Experiment& experiment, const ClothModel& model) {
   Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, model))
-    count += sight.readouts.front()->num_independent();
+  for (const Sight& sight : MakeSights(experiment, model)) count += sight.num_telling;
   return static_cast<int>(count);
 }
 

@@ -30,6 +30,8 @@ struct Measurement {
   // Takes the squared norm of each group of residuals (Readout::group); none: its square counts.
   std::shared_ptr<ceres::LossFunction> loss = {};
   int step = 0;  // of a moving cloth: after so many time steps
+  // Numbers that differ from drape to drape; 0: as many as are independent (Readout).
+  int num_telling = 0;
 };
 
 // One cloth on its scene, at rest or as it moves, and what was measured of it.
@@ -64,6 +66,7 @@ struct Sight {
   double sigma = 1.0;
   std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
   int frame = -1;                                  // of the run's frames; −1: its end
+  int num_telling = 0;                             // as Measurement, of an experiment
 };
 std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model);
 
@@ -75,11 +78,11 @@ std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialF
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian);
 
-// The distance of a shape at rest from what was measured: √(Σ ρ/N) of N independent residuals, 1
+// The distance of a shape at rest from what was measured: √(Σ ρ/N) of N telling residuals, 1
 // where they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
                              const MaterialField& material, const Eigen::VectorXd& x);
-// N (Readout::num_independent).
+// N.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
 
 // A file of experiments with one fabric.

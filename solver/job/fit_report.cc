@@ -595,7 +595,7 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
   std::vector<MeasurementReport> reports;
   const auto add = [&](const Experiment& experiment, std::size_t i, const Sight& sight,
                        const Eigen::VectorXd& residual) {
-    const int count = sight.readouts.front()->num_independent();
+    const int count = sight.num_telling;
     Eigen::VectorXd weighed = residual;
     const double squares = 2.0 * WeighByLoss(sight, weighed, nullptr);
     reports.push_back({.experiment = experiment.name,

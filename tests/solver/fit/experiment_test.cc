@@ -2,7 +2,10 @@
 #include "solver/fit/experiment.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "losses/camera/camera.h"
+#include "losses/image/image.h"
 #include "losses/readout/place_readouts.h"
 #include "losses/readout/scene_readouts.h"
 #include "physics/material/material_scaling.h"
@@ -223,6 +226,20 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   EXPECT_INPUT_ERROR(
       ReadExperiments(Write("e.json", R"({"experiments": [{"mesh": "strip:0.2.x005x4"}]})")),
       "e.json: key 'experiments[0].mesh': strip:0.2.x005x4");
+}
+
+// A wrong outline is not made up for by the pixels that all drapes cover, or none.
+TEST_F(ExperimentFileTest, PixelsAtTheOutlineOfASilhouetteCount) {
+  GrayImage image(64, 64);
+  for (int y = 20; y < 40; ++y)
+    for (int x = 10; x < 50; ++x) image.at(x, y) = 1.0;
+  WritePng(image, Path("side.png"));
+  Camera camera;
+  camera.width = camera.height = 64;
+  const Experiment experiment =
+      Read(R"({"silhouette": "side.png", "sigma": 1, "view": )" + CameraJson(camera).dump() + "}");
+  const int inside = 2 * (40 + 20) - 4, outside = 2 * (40 + 20);
+  EXPECT_EQ(CountResiduals(experiment, MakeModel(experiment)), inside + outside);
 }
 
 // Who reads of a file that is missing or wrong also reads which key led to it.
