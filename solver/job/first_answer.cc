@@ -34,6 +34,15 @@ LaboratoryRow WithLength(LaboratoryRow row, const PooledLength& found, double po
   return row;
 }
 
+// An estimate with the error that the model has beside the pool's spread: drapes of nonlinear
+// fabrics are like those of stiffer linear ones.
+PooledLength WithModelError(PooledLength found) {
+  constexpr double kDeviation = kQuantile90 * kModelDeviation / 3;  // of ln c
+  found.low = found.median * std::exp(-std::hypot(std::log(found.median / found.low), kDeviation));
+  found.high = found.median * std::exp(std::hypot(std::log(found.high / found.median), kDeviation));
+  return found;
+}
+
 // The outline in the plane of the support [m], shape [angles]; nothing where it is not closed.
 std::optional<Eigen::VectorXd> SeeProfile(const Observation& observation, int angles) {
   const std::optional<Eigen::VectorXd> radius = observation.MeasureRadius(angles);
@@ -44,7 +53,7 @@ std::optional<Eigen::VectorXd> SeeProfile(const Observation& observation, int an
 LaboratorySheet MakeSheet(const OutlinePool& pool, const Observation& observation,
                           const FitInput& input) {
   const PooledLength found =
-      EstimateBendingLength(pool, SeeProfile(observation, kPoolAngles).value());
+      WithModelError(EstimateBendingLength(pool, SeeProfile(observation, kPoolAngles).value()));
   LaboratoryRow length{.key = kLengthKey, .name = "bending length c, overall", .unit = "cm"},
       rigidity{.key = kRigidityKey, .name = "bending rigidity B, overall", .unit = "µN·m"};
   if (found.distance > kPerOverhang * (pool.discs.specimen - pool.discs.support)) {
