@@ -80,7 +80,7 @@ std::string Reading(const LaboratoryRow& row, double value, int digits) {
 }  // namespace
 
 std::string LaboratoryRow::ValueText() const {
-  if (interval && std::isinf(interval->low) && std::isinf(interval->high)) return "not known";
+  if (interval && std::isinf(interval->low) && std::isinf(interval->high)) return kOriginNotKnown;
   if (!is_bound()) return Reading(*this, value, 4);
   return (std::isinf(interval->high) ? "at least " : "at most ") + Plain(value, 3);
 }
@@ -92,6 +92,7 @@ std::string LaboratoryRow::IntervalText() const {
 
 std::string LaboratoryRow::Text() const {
   const std::string ends = IntervalText();
+  if (ValueText() == kOriginNotKnown) return name + " " + kOriginNotKnown;
   return name + " " + ValueText() + (unit.empty() ? "" : " " + unit) +
          (ends.empty() ? "" : " (" + ends + ")") + ", " + source;
 }
