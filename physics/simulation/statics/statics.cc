@@ -19,8 +19,8 @@ constexpr int kMaxNonMonotoneSteps = 8;  // consecutive steps above the lowest e
 constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kMinRadius = 1e-9;  // [m]
 constexpr double kShiftDecay = 0.25, kMinShift = 0.2;  // kMinShift × StiffnessShift::first
 constexpr double kResidualDecrease = 0.9;
-// Rounding keeps the residual of stiff cloth above the tolerance: so many steps in a row below this
-// have converged.
+// Rounding keeps the residual of stiff cloth above the tolerance: below this, so many steps in a
+// row that do not lower it have converged.
 constexpr double kRoundedResidual = 1e-7;
 constexpr int kRoundedSteps = 4;
 
@@ -198,7 +198,11 @@ const char* ToString(EquilibriumStatus status) {
 }
 
 NewtonControl::NewtonControl(const EquilibriumOptions& options, double residual, double energy)
-    : options_(options), here_{residual, energy}, best_(here_), radius_(options.first_radius) {}
+    : options_(options),
+      here_{residual, energy},
+      best_(here_),
+      radius_(options.first_radius),
+      least_residual_(residual) {}
 
 NewtonNext NewtonControl::Next() const {
   if (here_.residual <= options_.tolerance ||
@@ -234,7 +238,9 @@ double NewtonControl::Scale(double move) {
 
 NewtonVerdict NewtonControl::Judge(double residual, double energy) {
   const Shape shape{residual, energy};
-  rounded_steps_ = residual <= kRoundedResidual ? rounded_steps_ + 1 : 0;
+  const bool lowers = residual < kResidualDecrease * least_residual_;
+  rounded_steps_ = residual <= kRoundedResidual && !lowers ? rounded_steps_ + 1 : 0;
+  least_residual_ = std::min(residual, least_residual_);
   const bool better = IsBetter(shape);
   steps_.push_back({here_.residual, energy, shift_, better});
   AdaptShift();

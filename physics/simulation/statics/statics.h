@@ -123,6 +123,7 @@ class NewtonControl {
   bool was_shortened_ = false;  // the present step
   bool was_raised_ = false;     // its shift
   bool no_shift_left_ = false;
+  double least_residual_;
   int rounded_steps_ = 0;                 // the last steps that only rounding kept from the end
   int excursion_ = 0;                     // steps since best_
   bool excursion_was_shortened_ = false;  // one of these, or the present one

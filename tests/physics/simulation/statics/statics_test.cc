@@ -270,9 +270,10 @@ TEST_F(NewtonControlTest, EndsAtTheToleranceOnly) {
 }
 
 TEST_F(NewtonControlTest, EndsWhereOnlyRoundingIsLeft) {
-  for (int step = 0; step < 3; ++step) Step(1e-4, 5e-9, -1.0);
-  EXPECT_EQ(Step(1e-4, 2e-7, -1.0), NewtonVerdict::kNonMonotone);
-  for (int step = 0; step < 4; ++step) Step(1e-4, 5e-9, -2.0);
+  for (const double residual : {5e-8, 4e-8, 3e-8, 2e-8, 1.7e-8}) Step(1e-4, residual, -1.0);
+  for (int step = 0; step < 3; ++step) Step(1e-4, 1.7e-8, -1.0);
+  Step(1e-4, 2e-7, -1.0);
+  for (int step = 0; step < 4; ++step) Step(1e-4, 1.8e-8, -1.0);
   EXPECT_EQ(control_.Next(), NewtonNext::kConverged);
 }
 

@@ -176,6 +176,7 @@ TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
 
 TEST_F(ExperimentTest, SamplesThatDoNotComeToRestFailWithAReason) {
   task_.prediction.settle.equilibrium.tolerance = 1e-30;
+  task_.prediction.settle.equilibrium.max_iterations = 3;
   const nlohmann::json result = Run().value();
   EXPECT_THAT(result["failure"].get<std::string>(),
               testing::HasSubstr("fewer than two draws at rest"));
