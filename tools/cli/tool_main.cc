@@ -38,8 +38,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Between lines of progress [s]; what is known at once is soon said, also to a file.
-constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0, kFirstPlainInterval = 1.0;
+constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 constexpr std::chrono::seconds kReadingInterval{15};
 constexpr double kShownStep = 0.01;                           // of the work, on a terminal
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;  // before a time left is shown
@@ -104,10 +103,8 @@ void Progress::Update(double fraction, const std::string& note) {
   time_left_.Update(Seconds(now - start_), fraction);
   // The tasks of a batch end together, and the last of their reports is the one that matters.
   const bool advanced = is_terminal_ && on_screen_ && fraction >= shown_ + kShownStep;
-  const double interval = is_terminal_      ? kTerminalInterval
-                          : last_ == start_ ? kFirstPlainInterval
-                                            : kPlainInterval;
-  if (!advanced && Seconds(now - last_) < interval) return;
+  if (!advanced && Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval))
+    return;
   last_ = now;
   shown_ = fraction;
   const std::string text = ProgressText(what_, fraction, time_left_.Seconds(), note);
