@@ -82,7 +82,7 @@ double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
 // where they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
                              const MaterialField& material, const Eigen::VectorXd& x);
-// N.
+// N of all its measurements.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
 
 // A file of experiments with one fabric.
