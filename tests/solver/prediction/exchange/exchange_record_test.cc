@@ -78,7 +78,7 @@ TEST_F(ExchangeRecordTest, NamesAStifferDirectionWhereTheWarpIsNotKnown) {
   const ExchangeRecord record = MakeRecord(source, law, {});
   EXPECT_NEAR(Number(record, "bend_stiffer").value / Number(record, "bend_softer").value, 4, 1e-9);
   const nlohmann::ordered_json json = RecordJson(record);
-  EXPECT_EQ(json.at("directions"), (nlohmann::json{"stiffer", "softer"}));
+  EXPECT_EQ(json.at("directions"), (nlohmann::ordered_json{"stiffer", "softer"}));
   EXPECT_THAT(json.dump(), Not(AnyOf(HasSubstr("warp"), HasSubstr("weft"))));
   EXPECT_THAT(PosteriorCsv(source, law, {.draws = 4}),
               AllOf(HasSubstr(",bend_softer,bend_stiffer,"), Not(HasSubstr("warp"))));
