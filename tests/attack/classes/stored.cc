@@ -309,9 +309,10 @@ void AttackInputs(Campaign* campaign) {
     for (const StoredInput& input : ListInputs(run.command))
       for (const auto& [change, name] :
            {std::pair{InputChange::kMoved, "moved"}, {InputChange::kChanged, "changed"}})
-        inputs.push_back({run.name + " " + input.flag + " " + name, [=, change = change](Sandbox& sandbox) {
-                            TryInput(*campaign, stored->Get(), input, change, sandbox);
-                          }});
+        inputs.push_back(
+            {run.name + " " + input.flag + " " + name, [=, change = change](Sandbox& sandbox) {
+               TryInput(*campaign, stored->Get(), input, change, sandbox);
+             }});
     for (const int kilobytes : {8, 16, 24, 40, 64, 100, 160})
       disks.push_back(
           {run.name + ", a disk of " + std::to_string(kilobytes) + " kB, then room",
