@@ -11,6 +11,7 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/util/run_control.h"
 #include "solver/fit/observation.h"
+#include "solver/job/fit_data.h"
 #include "solver/job/fit_spec.h"
 #include "solver/job/fit_verdict.h"
 

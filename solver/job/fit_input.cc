@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/job/fit_input.h"
 
-#include <glob.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <filesystem>
-#include <iterator>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "cuda/make_backend.h"
-#include "losses/dataset/dataset.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
@@ -23,7 +17,6 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "physics/util/options/names_file.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
@@ -33,8 +26,6 @@
 
 namespace drape {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<Observation> ReadObservations(const FitData& data, const ObservationOptions& options) {
   std::vector<Observation> observations;
@@ -333,33 +324,6 @@ bool IsSameCloth(const Mesh& a, const Mesh& b) {
   return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
 }
 
-std::vector<std::string> Expand(const std::string& text, const std::string& what,
-                                const std::set<std::string>& extensions,
-                                const std::string& expected) {
-  std::vector<std::string> files;
-  for (const std::string& item : SplitPaths(text)) {
-    std::vector<std::string> found;
-    if (fs::is_regular_file(item)) {  // its name may look like a pattern
-      found.push_back(item);
-    } else if (fs::is_directory(item)) {
-      for (const fs::directory_entry& entry : fs::directory_iterator(item))
-        if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
-      std::sort(found.begin(), found.end());
-    } else {
-      glob_t matches = {};
-      if (glob(item.c_str(), 0, nullptr, &matches) == 0)
-        found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
-      globfree(&matches);
-    }
-    if (found.empty())
-      throw InputError(what, "'" + item + "' matches nothing, expected " + expected);
-    files.insert(files.end(), found.begin(), found.end());
-  }
-  for (const std::string& file : files)
-    if (!IsUtf8(file)) throw InputError(what, "found '" + file + "', expected a name in UTF-8");
-  return files;
-}
-
 // The population of fabrics about the tables of a fabric of that density [kg/m²].
 std::shared_ptr<const FabricPrior> ReadPrior(const FitSpec& spec, double density) {
   if (spec.prior.empty()) return nullptr;
@@ -374,29 +338,6 @@ std::shared_ptr<const FabricPrior> ReadPrior(const FitSpec& spec, double density
   FabricPrior prior{space.frame.Table(space.theta.mean, density),
                     space.theta.covariance.llt().matrixL()};
   return std::make_shared<const FabricPrior>(std::move(prior));
-}
-
-Selection MakeSelection(const FitSelection& chosen) {
-  return {.fabrics = {chosen.fabric},
-          .samples = ParseIndexList(chosen.samples, "option 'samples'"),
-          .captures = ParseIndexList(chosen.captures, "option 'captures'"),
-          .face = ParseClothFace(chosen.face)};
-}
-
-std::string MakeLine(const char* what, const FileNote& note) {
-  const bool named = note.text.starts_with(note.path);
-  return std::string(what) + (named ? "" : note.path + ": ") + note.text;
-}
-
-// The number of each capture's sample among the samples, from 1.
-std::vector<int> ListSpecimens(const std::vector<Capture>& captures) {
-  std::set<int> samples;
-  for (const Capture& capture : captures) samples.insert(capture.sample);
-  std::vector<int> specimens;
-  for (const Capture& capture : captures)
-    specimens.push_back(
-        1 + static_cast<int>(std::distance(samples.begin(), samples.find(capture.sample))));
-  return specimens;
 }
 
 // The discs of the drapes that are fitted: those of the images and the options, or of the captures.
@@ -658,93 +599,6 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (!input.problem.observations.empty()) MakeBackends(spec, &input);
   input.files = record.files();
   return input;
-}
-
-std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input) {
-  nlohmann::json key;
-  const auto add = [&key]<class T>(const T& value, const Field& field) {
-    if (!field.in_key || NamesFile(value, field)) return;
-    if constexpr (NamedEnum<T>) {
-      key[field.key] = ToString(value);
-    } else {
-      key[field.key] = value;
-    }
-  };
-  VisitFields(spec, add);
-  VisitFields(spec.observation, add);
-  VisitFields(spec.stages, add);
-  // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
-  // The content of the files of `data`, as read, is part of it.
-  const auto& [images, captures, source, specimens, lab_measurements, experiment, material,
-               other_materials, density, ground_truth, notes, log_lines] = data;
-  const FitProblem& problem = input.problem;
-  for (const ReadRecord::File& file : input.files) key["read_files"].push_back(file.sha256);
-  key["discs"] = {input.discs.specimen, input.discs.support};
-  key["density"] = problem.material.density;
-  key["stretch_table"] = problem.material.stretch[0].c;
-  key["bend_table"] = problem.material.bend[0].b;
-  for (const MaterialField& other : problem.other_materials)
-    key["other_materials"].push_back({other.stretch[0].c, other.bend[0].b});
-  for (const Observation& observation : problem.observations)
-    key["images"].push_back(observation.radius);
-  for (const Capture& c : captures)
-    key["data"].push_back({c.fabric, c.sample, c.capture, ToString(source)});
-  if (!input.strips) return key.dump();
-  for (const LabMeasurement& measurement : input.strips->measurements()) {
-    nlohmann::json points;
-    for (const LabPoint& point : measurement.points) points.push_back({point.set, point.reading});
-    key["lab_measurements"].push_back({ToString(measurement.kind), measurement.direction,
-                                       measurement.length, measurement.width, measurement.sigma,
-                                       points});
-  }
-  return key.dump();
-}
-
-std::vector<std::string> ExpandImages(const std::string& text) {
-  return Expand(text, "images", {".jpg", ".jpeg", ".png", ".JPG", ".JPEG", ".PNG"},
-                "an image, a folder with .jpg or .png files, or a pattern");
-}
-
-std::vector<std::string> ExpandLabMeasurements(const std::string& text) {
-  return Expand(text, "lab_tests", {".json", ".JSON"},
-                "a measurement file, a folder with .json files, or a pattern");
-}
-
-void SelectCaptures(const FitSelection& selection, FitData* data) {
-  if (selection.fabric == 0)
-    throw InputError("option 'data_fabric'", "not given, expected the fabric of --data to fit");
-  const Dataset dataset = ReadDataset(selection.folder);
-  for (const FileNote& note : dataset.notes) data->log_lines.push_back(MakeLine("note: ", note));
-  for (const FileNote& note : dataset.skipped)
-    data->log_lines.push_back(MakeLine("skipped: ", note));
-  std::vector<FileNote> skipped;
-  const std::vector<Capture> usable =
-      KeepUsable(Select(dataset, MakeSelection(selection)), &skipped);
-  for (const FileNote& note : skipped) data->notes.push_back(MakeLine("skipped: ", note));
-  UseCaptures(usable, data);
-}
-
-void UseCaptures(const std::vector<Capture>& captures, FitData* data) {
-  data->captures.clear();
-  for (const Capture& capture : captures) {
-    if (data->source == ObservationSource::kMeshes && capture.mesh.empty())
-      data->notes.push_back("skipped: " + capture.Name() + " has no mesh of its own");
-    else
-      data->captures.push_back(capture);
-  }
-  if (data->captures.empty())
-    throw InputError("data", std::string("no usable capture to fit, expected some with ") +
-                                 ToString(data->source));
-  const int fabric = data->captures[0].fabric;
-  if (data->density == 0.0) {
-    const auto density = PublishedDensity(fabric);
-    if (!density)
-      throw InputError("option 'density'", "not given, and none is published for fabric " +
-                                               std::to_string(fabric) +
-                                               ", expected the density as weighed");
-    data->density = *density;
-  }
-  if (data->specimens.empty()) data->specimens = ListSpecimens(data->captures);
 }
 
 }  // namespace drape

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "losses/dataset/dataset.h"
 #include "physics/util/atomic_file.h"
+#include "solver/job/fit_data.h"
 #include "solver/job/fit_spec.h"
 
 namespace drape {
@@ -42,34 +42,5 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
-
-// What must be equal for a checkpoint to be continued: all that determines the fit of one table,
-// which is the same for all models.
-std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input);
-
-// JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.
-std::vector<std::string> ExpandLabMeasurements(const std::string& text);
-
-// Image files of a comma-separated list of files, folders (all .jpg, .jpeg, .png in it) and glob
-// patterns, sorted within each. Throws InputError for one that matches nothing.
-std::vector<std::string> ExpandImages(const std::string& text);
-
-// Which drapes of the public data set are fitted, all of one fabric.
-struct FitSelection {
-  std::string folder;             // of the data set (ReadDataset); empty: no data set
-  int fabric = 0;                 // 0: not given
-  std::string samples, captures;  // ParseIndexList; empty: all
-  std::string face = "both";      // or "up", "down"
-};
-
-// Reads the list, opens the files (KeepUsable) and passes the captures to UseCaptures. What was
-// left out goes to data->log_lines; what of the selection, also to data->notes. Throws InputError.
-void SelectCaptures(const FitSelection& selection, FitData* data);
-
-// Takes usable captures of one fabric as the data. With source kMeshes those without a mesh of
-// their own are left out, with a note. A density of 0 becomes that of PublishedDensity, an empty
-// list of specimens that of the samples. Throws InputError if no capture is left or there is no
-// density.
-void UseCaptures(const std::vector<Capture>& captures, FitData* data);
 
 }  // namespace drape

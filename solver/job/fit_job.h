@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_report.h"
@@ -39,17 +38,6 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
 const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report, const FitCandidate& best);
 // The cloth of the mesh on which a fit ended.
 const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitState& state);
-
-// A staged or nested fit on disk. `key` says what is fitted and how (CheckpointKey). A file with
-// the right checksum and key is trusted.
-inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 6};
-
-// Writes atomically, exact to the last bit. Throws InputError when it cannot.
-void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);
-
-// The state that was saved. Nothing when there is no such file. Throws InputError for a file that
-// is damaged, of another version, or of another key, of which it names the first difference.
-std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key);
 
 // A fit from files to files: what drape_fit does.
 

@@ -17,6 +17,7 @@
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/settle.h"
+#include "solver/job/fit_data.h"
 #include "solver/job/fit_spec.h"
 #include "solver/job/fit_verdict.h"
 

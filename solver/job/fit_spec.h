@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "losses/dataset/dataset.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/material/material_scaling.h"
@@ -19,8 +18,8 @@
 
 namespace drape {
 
-// A fit is described by three structs: how it is done (FitSpec), what is fitted (FitData), and the
-// files that it writes (FitFiles).
+// Three structs describe a fit: how it is done (FitSpec), what is fitted (FitData), and the files
+// that it writes (FitFiles).
 
 enum class FitModel {
   kHomogeneous,    // one table for the whole cloth
@@ -127,24 +126,6 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }
-
-// What is fitted: drapes of one fabric, laboratory measurements of it, or both.
-struct FitData {
-  std::vector<std::string> images;  // JPEG or PNG silhouettes, fitted jointly
-  std::vector<Capture> captures;    // of the public data set in place of images (UseCaptures)
-  ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
-  std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
-  std::vector<std::string> lab_measurements;      // files (ReadLabMeasurements)
-  std::string experiment;                         // a file (ReadExperiments) in place of images
-  std::string material = kBuiltInName;            // start tables (ReadMaterial)
-  std::vector<std::string> other_materials = {};  // further ones: images are fitted from all
-  double density = 0.0;                           // of the fabric [kg/m²]; 0: that of `material`
-  std::string ground_truth;        // tables that the images were made with, compared; empty: none
-  std::vector<std::string> notes;  // on the data, for summary and log
-  std::vector<std::string> log_lines;  // on the data, for the log alone
-
-  std::size_t num_observations() const { return images.size() + captures.size(); }
-};
 
 // Where a fit writes.
 struct FitFiles {

@@ -21,6 +21,7 @@
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/random_drapes.h"
 #include "solver/forward/settle.h"
+#include "solver/job/fit_checkpoint.h"
 
 namespace drape {
 namespace {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/util/errors.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/job/fit_input.h"
+#include "solver/job/fit_checkpoint.h"
+#include "solver/job/fit_data.h"
 #include "solver/job/fit_job.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"

@@ -10,7 +10,7 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/job/fit_job.h"
+#include "solver/job/fit_checkpoint.h"
 #include "solver/studies/runner/study.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A checkpoint is read back to the last bit, or refused.
+#include "solver/job/fit_checkpoint.h"
+
 #include <algorithm>
 #include <limits>
 
