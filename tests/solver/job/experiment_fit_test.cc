@@ -142,8 +142,10 @@ class StripFitTest : public ExperimentFitTest {
     if (!motion.empty()) strip["motion"] = motion;
     std::ofstream(data_.experiment) << nlohmann::json{{"fit", fit}, {"experiments", {strip}}};
     ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
-    fitted_ = Summary()["dynamics"];
-    for (const nlohmann::json& each : Summary()["measurements"])
+    const nlohmann::json summary = Summary();
+    fitted_ = summary["dynamics"];
+    ASSERT_FALSE(summary["measurements"].empty());
+    for (const nlohmann::json& each : summary["measurements"])
       EXPECT_LT(each["misfit_sigma"], 1.0) << each;
   }
   double Value(const char* name) const { return fitted_[name]["value"]; }
