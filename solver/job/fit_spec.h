@@ -57,7 +57,7 @@ struct FitSpec {
   bool simpler_models = true;
   // Images: start from the drapes of a pool that are like them, where there is one for these discs
   // and all entries are fitted (P76); else from the start tables, by a grid (P18).
-  bool start_pool = false;
+  bool start_pool = true;
   // space.json (ReadSpacePrior): the prior of a fabric in place of one about the initial guess; of
   // kBayes. Empty: none.
   std::string prior;
@@ -121,8 +121,7 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(start_pool,
         Field{.key = "start_pool",
               .doc = "images of 24, 30 or 36 cm on 18 cm, all entries: start from those of 16,000 "
-                     "random drapes that are like them, not from the start tables by a grid; a "
-                     "quarter of the time, and some images are fitted less well"});
+                     "random drapes that are like them; false: from the start tables by a grid"});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }

@@ -62,20 +62,16 @@ double ExpectTime(const FitProblem& problem, int part) {
   return kFinerShare * ExpectStepTime(CountVertices(problem, part), CountVertices(problem, 0));
 }
 
-// The parameters and rounds of a part. A part before one on a finer mesh keeps a few candidates to
-// its end, and that one has two rounds: of these, and of the best of them.
+// The parameters and rounds of a part. From a pool, the first part has the first round and the next
+// one the others. A part before one on a finer mesh keeps a few candidates to its end, and that one
+// has two rounds: of these, and of the best of them.
 StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part) {
   StagedFitOptions own = options;
   if (part < CountSimpler(problem)) own.parameters = problem.simpler_models[part].parameters;
-  if (problem.is_pooled) {
-    own.grid.lifts = {1.0};
-    if (CountParts(problem) == 1) return own;
-    const std::size_t last = options.iterations.size() - 1,
-                      round = part + 1 == CountParts(problem) ? last
-                                                              : std::min<std::size_t>(part, last);
-    own.candidates_per_round = {options.candidates_per_round[round]};
-    own.iterations = {options.iterations[round]};
-    return own;
+  if (problem.is_pooled && CountSimpler(problem) > 0 && options.iterations.size() > 1) {
+    for (std::vector<int>* rounds : {&own.candidates_per_round, &own.iterations})
+      *rounds = part == 0 ? std::vector{rounds->front()}
+                          : std::vector(rounds->begin() + 1, rounds->end());
   }
   if (problem.search.empty() || part < CountSimpler(problem)) return own;
   const int carried = std::min(kCarried, options.candidates_per_round.front());
@@ -121,7 +117,7 @@ class NestedFitter {
       if (control_.cancelled()) return BestSoFar(std::move(state));
       if (state.parts_done + 1 == CountParts(problem_)) return state;
       std::optional<StagedFitState> next = Continue(state);
-      if (!next) return state;
+      if (!next) return BestSoFar(std::move(state));
       state = *std::move(next);
       if (control_.save) control_.save(state);
     }
@@ -151,25 +147,21 @@ class NestedFitter {
   // drapes of it, or is cancelled.
   std::optional<StagedFitState> Continue(const StagedFitState& done) const {
     StagedFitState next = WithResults(done);
-    if (IsOnFinerMesh(problem_, next.parts_done)) {
-      CarryOver(done, &next);
+    const auto start_of = [&](const FitCandidate& fit) {
+      return AsStart(fit, PartOptions(problem_, options_, done.parts_done),
+                     PartOptions(problem_, options_, next.parts_done).parameters);
+    };
+    const bool is_finer = IsOnFinerMesh(problem_, next.parts_done);
+    if (is_finer || problem_.is_pooled) {
+      std::vector<FitCandidate> best = ListBest(done, next.parts_done);
+      for (FitCandidate& each : best) each = is_finer ? AsCarried(each) : start_of(each);
+      Begin(std::move(best), done, &next);
       if (control_.cancelled() || next.candidates.empty()) return std::nullopt;
-      return next;
-    }
-    if (problem_.is_pooled) {
-      next.candidates = ListBest(done, next.parts_done);
-      next.grid_done = true;
-      if (next.candidates.empty()) return std::nullopt;
-      for (FitCandidate& each : next.candidates)
-        each = AsStart(each, PartOptions(problem_, options_, done.parts_done),
-                       PartOptions(problem_, options_, next.parts_done).parameters);
       return next;
     }
     const FitCandidate* best = Best(done);
     if (best == nullptr && done.carried) best = &*done.carried;
-    if (best == nullptr) return next;
-    next.carried = AsStart(*best, PartOptions(problem_, options_, done.parts_done),
-                           PartOptions(problem_, options_, next.parts_done).parameters);
+    if (best != nullptr) next.carried = start_of(*best);
     return next;
   }
 
@@ -199,22 +191,25 @@ class NestedFitter {
     return next;
   }
 
-  // The candidates that are stable on the next mesh.
-  void CarryOver(const StagedFitState& done, StagedFitState* next) const {
+  // Begins a part with candidates: with all that are stable on another mesh, or on the same mesh
+  // with drapes that may be nearer to the images.
+  void Begin(std::vector<FitCandidate> candidates, const StagedFitState& done,
+             StagedFitState* next) const {
     const auto start = std::chrono::steady_clock::now();
     const FitProblem problem = PartProblem(problem_, next->parts_done);
     const StagedFitOptions options = PartOptions(problem_, options_, next->parts_done);
     const Mesh& from = MeshOfPart(problem_, done.parts_done)->model().mesh;
     std::vector<CandidateTask> tasks;
-    for (const FitCandidate& candidate : ListBest(done, next->parts_done)) {
-      CandidateTask& task = tasks.emplace_back();
-      task.index = static_cast<int>(tasks.size()) - 1;
-      task.candidate = AsCarried(candidate);
-    }
+    for (FitCandidate& candidate : candidates)
+      tasks.push_back({static_cast<int>(tasks.size()), std::move(candidate), 0, {}, {}});
     RunBatched(*problem.fine, static_cast<int>(tasks.size()), kCarriedSideBySide,
                [&](BatchingBackend& backend) {
-                 CandidateFitter(problem, options, backend, control_.cancel, 0)
-                     .CarryOver(from, tasks[backend.index()]);
+                 const CandidateFitter fitter(problem, options, backend, control_.cancel, 0);
+                 CandidateTask& task = tasks[backend.index()];
+                 if (IsOnFinerMesh(problem_, next->parts_done))
+                   fitter.CarryOver(from, task);
+                 else
+                   fitter.RetryGuesses(task);
                });
     if (control_.cancelled()) return;
     const std::string name = PartName(problem_, next->parts_done);

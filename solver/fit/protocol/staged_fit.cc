@@ -101,12 +101,13 @@ class StagedFitter {
     return std::chrono::duration<double>(lap_ - before).count();
   }
 
-  // A guess for each start table.
+  // A guess for each start table and lift.
   void TakePooled(StagedFitState& state) const {
     const auto tables = static_cast<int>(ListStartTables(problem_).size());
     for (int table = 0; table < tables; ++table)
-      state.candidates.emplace_back().guess = {
-          .table = table, .lifts = std::vector<double>(problem_.observations.size(), 1.0)};
+      for (const double lift : options_.grid.lifts)
+        state.candidates.emplace_back().guess = {
+            .table = table, .lifts = std::vector<double>(problem_.observations.size(), lift)};
     state.grid_done = true;
   }
 
