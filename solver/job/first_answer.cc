@@ -43,17 +43,16 @@ PooledLength WithModelError(PooledLength found) {
   return found;
 }
 
-// The outline in the plane of the support [m], shape [angles]; nothing where it is not closed.
-std::optional<Eigen::VectorXd> SeeProfile(const Observation& observation, int angles) {
-  const std::optional<Eigen::VectorXd> radius = observation.MeasureRadius(angles);
-  if (!radius) return std::nullopt;
-  return VerticalProfile(*radius, observation.outline_camera(), observation.discs);
+// The outline in the plane of the support [m], shape [angles]. An observation has a closed one.
+Eigen::VectorXd SeeProfile(const Observation& observation, int angles) {
+  return VerticalProfile(observation.MeasureRadius(angles).value(), observation.outline_camera(),
+                         observation.discs);
 }
 
 LaboratorySheet MakeSheet(const OutlinePool& pool, const Observation& observation,
                           const FitInput& input) {
   const PooledLength found =
-      WithModelError(EstimateBendingLength(pool, SeeProfile(observation, kPoolAngles).value()));
+      WithModelError(EstimateBendingLength(pool, SeeProfile(observation, kPoolAngles)));
   LaboratoryRow length{.key = kLengthKey, .name = "bending length c, overall", .unit = "cm"},
       rigidity{.key = kRigidityKey, .name = "bending rigidity B, overall", .unit = "µN·m"};
   if (found.distance > kPerOverhang * (pool.discs.specimen - pool.discs.support)) {
@@ -66,9 +65,9 @@ LaboratorySheet MakeSheet(const OutlinePool& pool, const Observation& observatio
     length.source = kMeasured;
     rigidity.source = input.density_is_given ? kMeasured : kMeasuredIfMass;
   }
-  LaboratorySheet sheet = DrapeSheet(
-      MeasureLaboratoryDrape(SeeProfile(observation, kReportAngles).value(), observation.discs),
-      "At once, by pooled drapes like " + observation.name);
+  LaboratorySheet sheet =
+      DrapeSheet(MeasureLaboratoryDrape(SeeProfile(observation, kReportAngles), observation.discs),
+                 "At once, by pooled drapes like " + observation.name);
   std::erase_if(sheet.rows, [](const LaboratoryRow& row) {
     return row.key != "dc_percent" && row.key != "nodes";
   });

@@ -171,10 +171,9 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
 // The rows of experiments: errors count as many times as the worst measurement is off. A fit that
 // is off by more than its errors, so perhaps on another branch, has none: it leaves the prior.
 WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
-  constexpr double kTrusted = 1.5;  // sigma
   double worst = 1.0;
   for (const MeasurementReport& each : report.measurements) worst = std::max(worst, each.misfit);
-  if (worst > kTrusted) return {};
+  if (worst > kTrustedMisfit) return {};
   const Eigen::Index rows = jacobian.rows();
   return {.jacobian = std::move(jacobian),
           .outline_rows = rows,

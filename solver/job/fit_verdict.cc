@@ -31,10 +31,10 @@ struct Limits {
 };
 constexpr Limits kCoefficientError = {0.02, 0.05};  // of the drape coefficient
 constexpr Limits kFoldError = {0, 1};
-constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};  // by the weight
-constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};        // of a vertex of a nudged drape [mm]
-constexpr Limits kMisfit = {2.0, 3.0};                      // of a laboratory reading [sigma]
-constexpr Limits kMeasurementMisfit = {1.5, 3.0};           // of an experiment [sigma]
+constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};    // by the weight
+constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};          // of a vertex of a nudged drape [mm]
+constexpr Limits kMisfit = {2.0, 3.0};                        // of a laboratory reading [sigma]
+constexpr Limits kMeasurementMisfit = {kTrustedMisfit, 3.0};  // of an experiment [sigma]
 constexpr Limits kBendFactor = {2.0, 4.0};  // half the 90 % interval of a rigidity, as a factor
 constexpr double kNearSingular = 0.95;      // c12²/(c11·c22); kLargestCoupling² is 0.98
 constexpr double kReach = 100.0;            // of a fit from its start tables, as a factor

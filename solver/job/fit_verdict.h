@@ -19,6 +19,8 @@ struct FitReport;
 // What a person may do with a fit, and which of its numbers to trust [METHODS, P57].
 
 inline constexpr double kReliableK = 0.7;  // of importance weights [Vehtari 2024]
+// The largest misfit of an experiment's measurement [sigma] that leaves its numbers trusted.
+inline constexpr double kTrustedMisfit = 1.5;
 
 // The rows of a Jacobian ∂residual/∂θ, whitened by the assumed σ: of outlines or experiments, then
 // of strips.

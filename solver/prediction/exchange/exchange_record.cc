@@ -137,8 +137,8 @@ void CheckImages(const StoredSamples& samples, const std::string& folder) {
                      "has other images than summary.json beside it, expected files of one fit");
 }
 
-DirectionNames NameDirections(const FabricSource& source, const LinearFabric& fabric) {
-  return drape::NameDirections(source.material.warp_known, fabric.bend_warp, fabric.bend_weft);
+DirectionNames DirectionsFor(const FabricSource& source, const LinearFabric& fabric) {
+  return NameDirections(source.material.warp_known, fabric.bend_warp, fabric.bend_weft);
 }
 
 std::string Header(const FabricSamples& samples, const std::optional<StoredSamples>& own,
@@ -269,7 +269,7 @@ ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
   record.material = options.point == LinearPoint::kRest
                         ? LineariseAtRest(tables, law)
                         : LineariseInDrape(tables, law, options.weights);
-  record.directions = NameDirections(source, record.material);
+  record.directions = DirectionsFor(source, record.material);
   const std::optional<LaboratorySheet> sheet = FindSheet(source, law);
   for (std::size_t i = 0; i < LinearNumbers().size(); ++i) {
     const LinearNumber& number = LinearNumbers()[i];
@@ -305,7 +305,7 @@ std::string PosteriorCsv(const FabricSource& source, const Law& law,
                                     : SampleFabric(*source.posterior, new_draws, options.seed);
   const auto count = static_cast<int>(samples.tables.size()), draws = count / options.chains;
   const LinearFabric median = LineariseAtRest(source.material.field, law);
-  std::string text = Header(samples, own, NameDirections(source, median));
+  std::string text = Header(samples, own, DirectionsFor(source, median));
   for (int s = 0; s < count; ++s) {
     const auto factors = samples.log_factors.col(s);
     std::vector<double> row(factors.begin(), factors.end());

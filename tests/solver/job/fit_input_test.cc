@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "physics/util/errors.h"
+#include "solver/job/fit_checkpoint.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
