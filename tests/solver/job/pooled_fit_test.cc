@@ -19,7 +19,7 @@ namespace {
 class PooledFitTest : public test::FitJobTest {
  protected:
   PooledFitTest() {
-    spec_.start_pool = spec_.simpler_models = true;
+    spec_.simpler_models = true;
     spec_.stages.grid = {};
     spec_.stages.candidates_per_round = {3, 2, 1};
     spec_.stages.iterations = {3, 3, 8};
@@ -63,12 +63,12 @@ TEST_F(PooledFitTest, AMirrorImageHasTheSameFit) {
 TEST_F(PooledFitTest, GoesOnAfterACancelToTheSameFiles) {
   RunFitJob(spec_, data_, files_, {});
   const std::vector<uint8_t> whole = ReadAll(folder_ / "material.json");
-  for (const char* stage : {"linear, 7 numbers, round 1", "round 1"}) {
+  for (const char* stage : {"linear, 7 numbers, round 1", "round 1", "round 2"}) {
     std::atomic<bool> cancel = false;
     const RunControl control = {&cancel, [&](double, const std::string& note) {
                                   if (note.starts_with(stage)) cancel = true;
                                 }};
-    EXPECT_TRUE(RunFitJob(spec_, data_, files_, control).cancelled);
+    EXPECT_TRUE(RunFitJob(spec_, data_, files_, control).cancelled) << stage;
     files_.resume = true;
     EXPECT_FALSE(RunFitJob(spec_, data_, files_, {}).cancelled);
     files_.resume = false;
@@ -88,6 +88,7 @@ TEST_F(PooledFitTest, OtherFitsStartFromTheirTables) {
     return Summary()["initial_guess"].contains("pooled_drape");
   };
   EXPECT_TRUE(is_pooled([](FitSpec&) {}));
+  EXPECT_GE(Summary()["rollouts"], 6);  // two tables from three lifts
   const auto quick = [](FitSpec& spec) { spec.stages.grid.bend = {4.0}; };
   EXPECT_FALSE(is_pooled(quick));
   spec_.stages.grid.steps = 5;
