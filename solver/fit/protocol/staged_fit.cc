@@ -49,7 +49,7 @@ InitialGuessOptions SearchedGrid(const StagedFitOptions& options) {
 
 // Candidates that the present round fits: in the first one more, where one is carried over.
 int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
-  return options.candidates_per_round[state.round] + (state.round == 0 && state.carried ? 1 : 0);
+  return options.candidates_per_round.at(state.round) + (state.round == 0 && state.carried ? 1 : 0);
 }
 
 // The number of done candidates that have a result.
@@ -178,7 +178,8 @@ class StagedFitter {
   // pool are all settled, and the nearest are taken.
   std::vector<CandidateTask> SettledGuesses(StagedFitState& state) {
     std::vector<CandidateTask> settled;
-    for (int next = 0; !Cancelled();) {
+    const int round = state.round;  // ends where the last guess has no drape
+    for (int next = 0; state.round == round && !Cancelled();) {
       const int wanted =
           CountWanted(options_, state) - SucceededCandidates(state) - int(settled.size());
       std::vector<CandidateTask> work =
@@ -199,7 +200,7 @@ class StagedFitter {
         }
       }
     }
-    if (problem_.is_pooled) KeepNearest(state, settled);
+    if (problem_.is_pooled && !settled.empty()) KeepNearest(state, settled);
     return settled;
   }
 

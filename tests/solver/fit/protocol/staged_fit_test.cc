@@ -61,6 +61,19 @@ TEST_F(StagedFitTest, ComesNearTheOutline) {
   EXPECT_EQ(FitJacobian(problem_, options_, *best).rows(), 72);
 }
 
+TEST_F(StagedFitTest, EndsWhereNoGuessHasADrape) {
+  options_.candidates_per_round = {2};
+  options_.iterations = {1};
+  options_.residuals.rollout.steps = 1;
+  options_.residuals.equilibrium.max_iterations = 1;
+  for (const bool is_pooled : {false, true}) {
+    problem_.is_pooled = is_pooled;
+    const StagedFitState state = Run();
+    EXPECT_EQ(Best(state), nullptr);
+    EXPECT_EQ(state.round, 1);
+  }
+}
+
 TEST_F(StagedFitTest, ReportsSharesOfTheExpectedWork) {
   double guesses = 0.0, last = 0.0;
   control_.progress = [&](double fraction, const std::string& note) {
