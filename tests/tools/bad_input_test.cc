@@ -190,7 +190,7 @@ TEST_F(BadOutputTest, AFileInPlaceOfTheFolder) {
 // A limit on the file size is what a full disk looks like without root. The first file of the
 // second run fits, the next does not: neither may replace one of the first run.
 TEST_F(BadOutputTest, AFullDiskKeepsTheEarlierResult) {
-  if (!kCanLimitFiles) GTEST_SKIP() << "the thread sanitizer needs a file";
+  if (!kCanLimitFiles) GTEST_SKIP() << "LLVM's OpenMP needs a file";
   ASSERT_EQ(Simulate({"--dump_steps=0,1"}).exit_code, 0);
   const auto before = Snapshot(Path("out"));
   const long one_file = static_cast<long>(Read(Path("out/state_0.json")).size()) + 500;

@@ -27,11 +27,12 @@ struct ProcessLimits {
   bool charts = true;  // false: a study finds no matplotlib, which takes it seconds
 };
 
-// Whether limits leave a program room: sanitizers reserve terabytes of addresses, and the thread
-// sanitizer maps a file of its own as it starts.
+// Whether limits leave a program room: sanitizers reserve terabytes of addresses, and LLVM's OpenMP
+// and thread sanitizer map files of their own as they start.
 #if defined(__has_feature)
-inline constexpr bool kCanLimitFiles = !__has_feature(thread_sanitizer);
-inline constexpr bool kCanLimitMemory = kCanLimitFiles && !__has_feature(address_sanitizer);
+inline constexpr bool kCanLimitFiles = false;
+inline constexpr bool kCanLimitMemory =
+    !__has_feature(thread_sanitizer) && !__has_feature(address_sanitizer);
 #elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kCanLimitFiles = true, kCanLimitMemory = false;
 #else

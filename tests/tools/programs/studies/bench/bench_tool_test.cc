@@ -229,7 +229,7 @@ TEST_F(BenchTool, KeepsTheRunsThatEndedBeforeCtrlC) {
   std::filesystem::remove(Path("out/runs.csv"));
   const ProcessResult result = Bench(
       {"--mesh=disc:120", "--solve=hybrid", "--relax_time=10,400,401,402,403,404,405,406,407"},
-      {.interrupt_when = Path("out/bench.json"), .interrupt_after = 1.0});
+      {.interrupt_when = Path("out/bench.json"), .interrupt_after = kSlowdown});
   EXPECT_EQ(result.exit_code, 130) << result.err;
   const Json json = ReadJson(Path("out/bench.json"));
   EXPECT_EQ(json["outcome"], "cancelled");
