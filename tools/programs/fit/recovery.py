@@ -81,9 +81,9 @@ def draw(ratios, claims, path):
         axes.plot(middle, row + 0.22, "o", color="#21918c", markersize=6)
         if key in claims:
             axes.plot([1 / claims[key], claims[key]], [row + 0.4] * 2, color="#d62728", linewidth=3)
-    axes.set(xscale="log", xlim=(0.1, 10), ylim=(len(ROWS) - 0.3, -0.5), xlabel="fitted / reference",
-             title=f"dots: {len(ratios['bend_n_m'])} fits of drapes of known fabrics; green: median "
-             "and 90 % of them;\nred: the 90 % interval that fits state")
+    axes.set(xscale="log", xlim=(0.1, 10), ylim=(len(ROWS) - 0.3, -0.5), xlabel="fitted / reference")
+    axes.set_title(f"dots: {len(ratios['bend_n_m'])} fits of drapes of known fabrics; green: median "
+                   "and 90 % of them;\nred: the 90 % interval that fits state", fontsize=8)
     axes.set_xticks([0.1, 0.2, 0.5, 1, 2, 5, 10], ["0.1", "0.2", "0.5", "1", "2", "5", "10"])
     axes.set_yticks(range(len(ROWS)), ROWS.values())
     figure.suptitle("Which numbers of a fit can be trusted?")
