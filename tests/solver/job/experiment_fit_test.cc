@@ -143,7 +143,7 @@ class StripFitTest : public ExperimentFitTest {
     std::ofstream(data_.experiment) << nlohmann::json{{"fit", fit}, {"experiments", {strip}}};
     ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
     const nlohmann::json summary = Summary();
-    fitted_ = summary["dynamics"];
+    fitted_ = summary.value("dynamics", nlohmann::json::object());
     ASSERT_FALSE(summary["measurements"].empty());
     for (const nlohmann::json& each : summary["measurements"])
       EXPECT_LT(each["misfit_sigma"], 1.0) << each;
