@@ -49,7 +49,9 @@ class FitTool : public ToolFixture {
 TEST_F(FitTool, WritesItsResult) {
   const ProcessResult result = RunProcess(FitCommand(Path("fit")));
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, testing::Not(testing::HasSubstr("warning")));
+  if (kSlowdown == 1.0) {  // slower, it prints its progress
+    EXPECT_EQ(result.err, "");
+  }
   const Json summary = ReadJson(Path("fit/summary.json"));
   EXPECT_EQ(summary.at("model"), "homogeneous");
   EXPECT_EQ(summary.at("status"), "done");
