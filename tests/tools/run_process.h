@@ -29,7 +29,7 @@ struct ProcessLimits {
 
 // Whether limits leave a program room: sanitizers reserve terabytes of addresses, and LLVM's OpenMP
 // and thread sanitizer map files of their own as they start.
-#if defined(__has_feature)
+#ifdef __clang__
 inline constexpr bool kCanLimitFiles = false;
 inline constexpr bool kCanLimitMemory =
     !__has_feature(thread_sanitizer) && !__has_feature(address_sanitizer);
