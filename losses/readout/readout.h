@@ -27,6 +27,8 @@ class Readout {
   virtual int group() const { return 1; }
   // How many of the K numbers are independent near a fit: what a χ² counts.
   virtual int num_independent() const { return size(); }
+  // Whether r depends on the material too, so that dr_dp is filled by ReadCloth.
+  virtual bool reads_material() const { return false; }
   // Computes r(x) of a shape x [m], shape [3V], in shape [K], and its Jacobian unless dr_dx is
   // null. Returns false where the shape cannot be read. May be called from several threads at a
   // time.

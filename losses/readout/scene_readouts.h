@@ -36,6 +36,7 @@ class FrequencyReadout final : public Readout {
   // modes: not empty, each 1 … 3V − 1. `model` must outlive the object.
   FrequencyReadout(const ClothModel& model, std::vector<int> modes);
   int size() const override { return static_cast<int>(modes_.size()); }
+  bool reads_material() const override { return true; }
   bool Read(const Eigen::VectorXd&, Eigen::VectorXd*, ReadoutJacobian*) const override {
     return false;
   }

@@ -474,15 +474,24 @@ std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialF
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian) {
   if (sight.loss == nullptr) return 0.5 * residual.squaredNorm();
+  constexpr double kZero = 1e-12;  // of s: ρ/s is 1 there, as of each loss
   const int group = sight.readouts.front()->group();
   double cost = 0.0;
   for (Eigen::Index row = 0; row < residual.size(); row += group) {
+    auto r = residual.segment(row, group);
+    const double s = r.squaredNorm();
     double rho[3];
-    sight.loss->Evaluate(residual.segment(row, group).squaredNorm(), rho);
+    sight.loss->Evaluate(s, rho);
     cost += 0.5 * rho[0];
-    const double weight = std::sqrt(std::max(0.0, rho[1]));
-    residual.segment(row, group) *= weight;
-    if (jacobian != nullptr) jacobian->middleRows(row, group) *= weight;
+    if (s < kZero) continue;
+    const double weight = std::sqrt(rho[0] / s);
+    if (jacobian != nullptr) {
+      auto rows = jacobian->middleRows(row, group);
+      const Eigen::RowVectorXd along = r.transpose() * rows;  // ½ ∂s/∂θ
+      rows *= weight;
+      rows += r * ((rho[1] - rho[0] / s) / (weight * s) * along);
+    }
+    r *= weight;
   }
   return cost;
 }

@@ -73,8 +73,8 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& mo
 // Residuals of one sight of one shape, shape [K]; nothing where it cannot be read.
 std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialField& material,
                                              const Eigen::VectorXd& x);
-// Weighs the residuals of a sight, and rows of their Jacobian if not null, by √ρ' of its loss, so
-// that their squares give the normal equations of the loss to first order. Returns ½ Σ ρ.
+// Scales each group r of the residuals of a sight by √(ρ(s)/s), s = |r|², so that their squares are
+// ρ of its loss, and their Jacobian, if not null, with them. Returns ½ Σ ρ.
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian);
 

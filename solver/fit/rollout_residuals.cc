@@ -33,6 +33,11 @@ RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   return *this;
 }
 
+RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start) {
+  const std::shared_ptr<Backend> backend = MakeCpuBackend(model, 1);
+  return {backend.get(), std::move(start), backend, std::move(model)};
+}
+
 int RolloutBlock::num_residuals() const {
   int sum = 0;
   for (const Sight& sight : sights) sum += static_cast<int>(sight.data.size());
@@ -73,6 +78,13 @@ RolloutResiduals ObservationResiduals(Backend* backend,
   return {parametrisation, MakeBlocks(backend, observations, starts, options), options};
 }
 
+int RolloutBlock::num_telling() const {
+  int sum = 0;
+  for (const Sight& sight : sights)
+    sum += sight.num_telling > 0 ? sight.num_telling : static_cast<int>(sight.data.size());
+  return sum;
+}
+
 RolloutResiduals::RolloutResiduals(const MaterialParametrisation* parametrisation,
                                    std::vector<RolloutBlock> blocks, const ResidualOptions& options)
     : parametrisation_(parametrisation),
@@ -96,6 +108,12 @@ void RolloutResiduals::Rebind(Backend* backend) {
   for (RolloutBlock& block : blocks_)
     for (RolloutBlock::Run& run : block.runs)
       if (run.owned == nullptr) run.backend = backend;
+}
+
+void RolloutResiduals::RenewOwnBackends() {
+  for (RolloutBlock& block : blocks_)
+    for (RolloutBlock::Run& run : block.runs)
+      if (run.owned != nullptr) run = OwnRun(run.model, run.start);
 }
 
 bool RolloutResiduals::by_tangents(int block) const {
@@ -475,11 +493,22 @@ bool RolloutResiduals::all_valid() const {
 
 double RolloutResiduals::cost(int block) const {
   Eigen::VectorXd residual = evaluations_[block].residual;
+  return Weigh(block, residual, nullptr);
+}
+
+double RolloutResiduals::Weigh(int block, Eigen::Ref<Eigen::VectorXd> residual,
+                               Eigen::Ref<Eigen::MatrixXd>* jacobian) const {
   double cost = 0.0;
   Eigen::Index row = 0;
   for (const Sight& sight : blocks_[block].sights) {
-    cost += WeighByLoss(sight, residual.segment(row, sight.data.size()), nullptr);
-    row += sight.data.size();
+    const Eigen::Index rows = sight.data.size();
+    if (jacobian != nullptr) {
+      Eigen::Ref<Eigen::MatrixXd> own = jacobian->middleRows(row, rows);
+      cost += WeighByLoss(sight, residual.segment(row, rows), &own);
+    } else {
+      cost += WeighByLoss(sight, residual.segment(row, rows), nullptr);
+    }
+    row += rows;
   }
   return cost;
 }
@@ -498,15 +527,11 @@ void RolloutResiduals::Accept() {
       accepted_.x[i].push_back(each.x);
       accepted_.x_by_theta[i].push_back(std::exchange(each.x_by_theta, {}));
     }
-    accepted_.residual.segment(first_row_[i], evaluation.residual.size()) = evaluation.residual;
-    accepted_.jacobian.middleRows(first_row_[i], evaluation.jacobian.rows()) = evaluation.jacobian;
-    int row = first_row_[i];
-    for (const Sight& sight : blocks_[i].sights) {
-      const Eigen::Index rows = sight.data.size();
-      Eigen::Ref<Eigen::MatrixXd> jacobian = accepted_.jacobian.middleRows(row, rows);
-      accepted_.cost += WeighByLoss(sight, accepted_.residual.segment(row, rows), &jacobian);
-      row += static_cast<int>(rows);
-    }
+    const Eigen::Index rows = evaluation.residual.size();
+    Eigen::Ref<Eigen::MatrixXd> jacobian = accepted_.jacobian.middleRows(first_row_[i], rows);
+    jacobian = evaluation.jacobian;
+    accepted_.residual.segment(first_row_[i], rows) = evaluation.residual;
+    accepted_.cost += Weigh(i, accepted_.residual.segment(first_row_[i], rows), &jacobian);
   }
 }
 

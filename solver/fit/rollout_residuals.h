@@ -96,9 +96,10 @@ struct RolloutCounts {
 // A cloth under one material, and what is read of it.
 struct RolloutBlock {
   struct Run {
-    Backend* backend = nullptr;           // blocks of one backend are run as one batch
-    State start;                          // no positions: from rest (SolveFromRest)
-    std::shared_ptr<Backend> owned = {};  // of a run that has a backend of its own
+    Backend* backend = nullptr;                    // blocks of one backend are run as one batch
+    State start;                                   // no positions: from rest (SolveFromRest)
+    std::shared_ptr<Backend> owned = {};           // of a run that has a backend of its own
+    std::shared_ptr<const ClothModel> model = {};  // of `owned`
   };
   std::vector<Run> runs;
   std::vector<Sight> sights;
@@ -115,7 +116,11 @@ struct RolloutBlock {
   bool has_own_bend = false;  // the bend entries are those of `prepare` alone
 
   int num_residuals() const;
+  int num_telling() const;  // of them (Measurement::num_telling); without experiments all
 };
+
+// A run on a CPU backend of its own.
+RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start = {});
 
 // Evaluates the residuals of all blocks at one θ: one material. The runs of a backend are one batch
 // before Ceres calls the cost functions. A block takes adjoints where it has fewer residuals than
@@ -128,6 +133,9 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   RolloutResiduals(const MaterialParametrisation* parametrisation, std::vector<RolloutBlock> blocks,
                    const ResidualOptions& options);
 
+  // Gives the runs of a copy backends of their own, where they own some, so that another thread can
+  // evaluate it.
+  void RenewOwnBackends();
   // Continues with another backend of the same model, which outlives the object, for all runs that
   // do not own theirs.
   void Rebind(Backend* backend);
@@ -154,6 +162,10 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   const RowMatrix& jacobian(int block) const { return evaluations_[block].jacobian; }
   // ½ Σ residual² of a valid block, or of the losses.
   double cost(int block) const;
+  // Scales its residuals, and their Jacobian if not null, by the losses (WeighByLoss); returns its
+  // cost.
+  double Weigh(int block, Eigen::Ref<Eigen::VectorXd> residual,
+               Eigen::Ref<Eigen::MatrixXd>* jacobian) const;
 
   // The shape of the first run of a block at the last evaluation, valid or not [m], shape [3V].
   const Eigen::VectorXd& shape(int block) const { return evaluations_[block].runs.front().x; }
@@ -166,8 +178,7 @@ class RolloutResiduals : public ceres::EvaluationCallback {
     // P].
     std::vector<std::vector<Eigen::VectorXd>> x;
     std::vector<std::vector<RowMatrix>> x_by_theta;
-    // All blocks, shape [N], [N, P]. Where a block has a loss ρ, rows of a group are weighted by
-    // √ρ', so that the squares give the normal equations of the loss to first order.
+    // All blocks, shape [N], [N, P], scaled by their losses: half the squares are the cost.
     Eigen::VectorXd residual;
     Eigen::MatrixXd jacobian;
   };

@@ -185,8 +185,7 @@ std::vector<RolloutBlock> Strips::MakeBlocks(const std::atomic<bool>* cancel) co
     Sight sight{
         .readouts = {}, .data = Eigen::VectorXd::Constant(1, point.reading), .sigma = point.sigma};
     for (const Lattice& lattice : point.lattices) {
-      std::shared_ptr<Backend> backend = MakeCpuBackend(lattice.model, 1);
-      block.runs.push_back({.backend = backend.get(), .start = {}, .owned = backend});
+      block.runs.push_back(OwnRun(lattice.model));
       sight.readouts.push_back(lattice.readout);
     }
     block.sights = {std::move(sight)};

@@ -9,7 +9,6 @@
 #include <string_view>
 #include <utility>
 
-#include "cuda/make_backend.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
@@ -22,6 +21,7 @@
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/pool_start.h"
 #include "solver/forward/settle.h"
+#include "solver/job/fit_cloths.h"
 #include "solver/posterior/space/space_io.h"
 
 namespace drape {
@@ -141,6 +141,13 @@ void CheckSpecimens(const std::vector<int>& specimens, std::size_t observations)
     throw InputError("specimens", "expected all numbers from 1 to that of the last specimen");
 }
 
+void CheckBdp(const FitSpec& spec) {
+  if (spec.model == FitModel::kBdp && spec.stages.parameters != ParameterTying::kEntries)
+    throw InputError("num_parameters",
+                     "fewer than 39 with model bdp, expected 39: it estimates a mean and a "
+                     "deviation of each entry");
+}
+
 void CheckModel(const FitSpec& spec, const FitData& data) {
   CheckTableForm(spec.table_form, spec.stages.parameters);
   if (!HasPosterior(spec.model) && !data.specimens.empty() && data.captures.empty())
@@ -159,10 +166,7 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
     throw InputError("model", name + " without images, expected some");
   if (spec.stages.residuals.solve_mode != SolveMode::kStatic)
     throw InputError("solve", "dynamic with model " + name + ", expected static");
-  if (spec.model == FitModel::kBdp && spec.stages.parameters != ParameterTying::kEntries)
-    throw InputError("num_parameters",
-                     "fewer than 39 with model bdp, expected 39: it estimates a mean and a "
-                     "deviation of each entry");
+  CheckBdp(spec);
   CheckSpecimens(data.specimens, data.num_observations());
 }
 
@@ -265,9 +269,6 @@ void UsePool(const FitSpec& spec, FitInput* input) {
     problem.simpler_models = {{TableForm::kLinear, ParameterTying::kColumns}};
 }
 
-// The search mesh by default: a branch that is found on a coarser one is often lost.
-constexpr char kPooledSearchMesh[] = "disc:1200";
-
 // Where what is fitted shows stiffness over weight. A tensile test does not.
 void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* input) {
   const bool weighs =
@@ -280,48 +281,6 @@ void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* inpu
       Format("the density, %g kg/m2, is that of the start tables, not a measurement: stiffnesses "
              "are in proportion to it, the bending length is not affected",
              input->problem.material.density));
-}
-
-FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const std::string& mesh,
-                          std::string* device) {
-  FitInput::Cloth cloth;
-  cloth.model = std::make_shared<const ClothModel>(
-      ParseMeshSpec(mesh, {}, discs), CusickScene(spec.contact, discs.support), MakeLaw(spec.law));
-  if (cloth.model->held.size() == static_cast<size_t>(cloth.model->mesh.num_vertices()))
-    throw InputError(mesh,
-                     Format("found all vertices on the support of radius %g m, expected a cloth "
-                            "that hangs over it",
-                            discs.support));
-  RequireDiscs(*cloth.model, discs, mesh);
-  RequireThinCloth(*cloth.model);
-  cloth.backend = MakeBackend(spec.backend, cloth.model, spec.threads, device);
-  return cloth;
-}
-
-void MakeBackends(const FitSpec& spec, FitInput* input) {
-  input->fine = MakeCloth(spec, input->discs, spec.mesh, &input->device);
-  input->coarse = MakeCloth(spec, input->discs, spec.coarse_mesh, nullptr);
-  input->problem.fine = input->fine.backend.get();
-  input->problem.coarse = input->coarse.backend.get();
-  FitSpec searched = spec;
-  if (input->problem.is_pooled && spec.search_mesh == FitSpec().search_mesh)
-    searched.search_mesh = kPooledSearchMesh;
-  for (const std::string& mesh : SearchMeshes(searched, input->discs, &input->notes)) {
-    input->search.push_back(MakeCloth(spec, input->discs, mesh, nullptr));
-    input->problem.search.push_back(input->search.back().backend.get());
-  }
-}
-
-double TotalArea(const Mesh& mesh) {
-  double area = 0.0;
-  for (const Face& face : mesh.faces) area += face.area;
-  return area;
-}
-
-bool IsSameCloth(const Mesh& a, const Mesh& b) {
-  constexpr double kShare = 0.03;  // that coarse polygons lack of a round cloth
-  const auto agree = [](double x, double y) { return std::abs(x - y) <= kShare * std::max(x, y); };
-  return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
 }
 
 // The population of fabrics about the tables of a fabric of that density [kg/m²].
@@ -372,35 +331,6 @@ void CheckNames(const std::vector<Observation>& observations) {
 
 }  // namespace
 
-std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
-                                      std::vector<std::string>* notes) {
-  constexpr double kCoarser = 0.7;  // of the vertices
-  constexpr double kMostGrowth = 2.0;
-  constexpr double kRounding = 0.1;  // a disc has not exactly the vertices that it is named by
-  constexpr std::string_view kDisc = "disc:";
-  const Mesh search = ParseMeshSpec(spec.search_mesh, {}, discs),
-             fine = ParseMeshSpec(spec.mesh, {}, discs);
-  const double growth = double(fine.num_vertices()) / search.num_vertices();
-  if (growth * kCoarser < 1.0) return {};
-  if (!IsSameCloth(search, fine)) {
-    notes->push_back("search_mesh " + spec.search_mesh + " is another cloth than " + spec.mesh +
-                     ": the fit is on one mesh, without an estimate of its mesh error");
-    return {};
-  }
-  std::vector<std::string> meshes = {spec.search_mesh};
-  const bool are_discs = spec.search_mesh.starts_with(kDisc) && spec.mesh.starts_with(kDisc);
-  const int steps =
-      are_discs ? int(std::ceil(std::log(growth) / std::log(kMostGrowth) - kRounding)) : 1;
-  // The options of a disc, its radius and support, are those of the last one.
-  const std::string options = spec.mesh.substr(std::min(spec.mesh.find(','), spec.mesh.size()));
-  for (int i = 1; i < steps; ++i)
-    meshes.push_back(
-        std::string(kDisc) +
-        std::to_string(std::lround(search.num_vertices() * std::pow(growth, double(i) / steps))) +
-        options);
-  return meshes;
-}
-
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   if (fabric.drapes.empty())
     throw InputError("observations", "found nothing, expected at least one silhouette");
@@ -439,7 +369,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   UsePool(spec, &input);
   NoteDensity({}, &input);
   input.prior = ReadPrior(spec, problem.material.density);
-  MakeBackends(spec, &input);
+  MakeCloths(spec, &input);
   return input;
 }
 
@@ -467,9 +397,10 @@ void CheckExperiment(const FitSpec& spec, const FitData& data) {
                      "found one beside images, data or lab_tests, expected one of "
                      "them: its file has keys for what belongs to it");
   CheckTableForm(spec.table_form, spec.stages.parameters);
-  if (spec.model != FitModel::kHomogeneous)
-    throw InputError("model", std::string("found ") + ToString(spec.model) +
-                                  " with an experiment, expected homogeneous");
+  CheckBdp(spec);
+  if (spec.model == FitModel::kHeterogeneous && spec.fields.basis == FieldBasis::kModes)
+    throw InputError("field_basis",
+                     "found modes with an experiment, expected elements: modes are of a disc");
   if (spec.stages.residuals.solve_mode != SolveMode::kStatic)
     throw InputError("solve", "found dynamic with an experiment, expected static");
 }
@@ -521,6 +452,27 @@ void RequireNewtons(const ExperimentFile& file, const std::vector<LabMeasurement
                      "is seen");
 }
 
+// Models beside the one table are about a cloth at rest; where its elements have tables of their
+// own, about nothing else.
+void RequireModel(const FitSpec& spec, const FitInput& input, const std::string& path) {
+  const FitProblem& problem = input.problem;
+  if (spec.model == FitModel::kHomogeneous) return;
+  const auto fail = [&](const std::string& found) {
+    throw InputError(path, std::string("model ") + ToString(spec.model) + ": found " + found);
+  };
+  const Experiment* searched = FindExperiment(problem);
+  if (searched == nullptr)
+    fail("motions alone or a density that is fitted, expected a cloth at rest of known density");
+  if (spec.model == FitModel::kBayes) return;
+  if (input.strips != nullptr || !problem.further.empty())
+    fail(
+        "further experiments or lab_tests, expected one experiment: elements of one cloth have "
+        "tables of their own");
+  for (const Sight& sight : MakeSights(*searched, problem.fine->model()))
+    if (sight.readouts.front()->reads_material())
+      fail("frequencies, whose derivatives are by one table, expected none");
+}
+
 FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
   CheckExperiment(spec, given);
   const ReadRecord record;
@@ -558,6 +510,8 @@ FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
     if (each.motion && !input.problem.material.dynamics.Acts())
       input.problem.material.dynamics = each.dynamics;
   SettleFurther(spec, std::move(file.experiments), given.experiment, input.problem);
+  RequireModel(spec, input, given.experiment);
+  input.prior = ReadPrior(spec, input.problem.material.density);
   input.files = record.files();
   return input;
 }
@@ -596,7 +550,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
   UsePool(spec, &input);
-  if (!input.problem.observations.empty()) MakeBackends(spec, &input);
+  if (!input.problem.observations.empty()) MakeCloths(spec, &input);
   input.files = record.files();
   return input;
 }

@@ -31,13 +31,6 @@ struct FitInput {
   std::vector<ReadRecord::File> files;  // that were read
 };
 
-// The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those
-// between them, each with at most twice the vertices of the one before. None where search_mesh
-// is not clearly coarser than mesh, or is another cloth, of which there is a note. Throws
-// InputError for a malformed one.
-std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
-                                      std::vector<std::string>* notes);
-
 // The input of a fit in memory. Throws InputError for a combination that cannot be fitted.
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);
 // Throws InputError for a file, a name or a combination that cannot be fitted.

@@ -379,11 +379,11 @@ std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProble
       spec.model == FitModel::kBdp ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
   PosteriorFit fit = FitDrapePosterior(problem, spec.stages, options, *best, control);
   control.Log(Format(
-      "posterior: mode %s after %d iterations, sigma %g px; distribution %s after %d, bound %g, k "
+      "posterior: mode %s after %d iterations, sigma %g%s; distribution %s after %d, bound %g, k "
       "%g, %d failed drapes",
-      ToString(fit.mode.termination), fit.mode.iterations, fit.sigma_px,
-      ToString(fit.distribution.termination), fit.distribution.iterations, fit.elbo, fit.pareto_k,
-      fit.counts.failed));
+      ToString(fit.mode.termination), fit.mode.iterations, fit.sigma,
+      fit.of_experiment ? " times the given" : " px", ToString(fit.distribution.termination),
+      fit.distribution.iterations, fit.elbo, fit.pareto_k, fit.counts.failed));
   if (!fit.valid()) return std::nullopt;
   return fit;
 }

@@ -21,6 +21,7 @@ constexpr int kModeIterations = 40;
 constexpr double kUsualModeIterations = 10.0;  // of mode or distribution, for the progress line
 constexpr int kSigmaRounds = 2;       // of mode and σ in alternation, from σ of the candidate
 constexpr double kLeastSigma = 0.05;  // of an estimate: that of the measured outline [px]
+constexpr double kLeastFactor = 1.0;  // on the σ of an experiment
 constexpr double kMapTolerance = 1e-4;
 constexpr int kSampleNewtonFactor = 2;  // a sample lies further from the mode than a trial
 
@@ -131,6 +132,12 @@ class ElementFitter {
   PosteriorFit& fit_;
 };
 
+// The squares of the residuals that are by PosteriorFit::sigma: all of an experiment; of images
+// the outlines', which come before the strips'.
+double SquaresBySigma(const PosteriorFit& fit, const Eigen::VectorXd& residual) {
+  return (fit.of_experiment ? residual : residual.head(fit.telling)).squaredNorm();
+}
+
 // The posterior given the observed branches, each extrapolated linearly past its end.
 bool FindDistribution(const PosteriorOptions& options, const MapEstimator& mode,
                       PosteriorFit* fit) {
@@ -165,18 +172,20 @@ class SampleCollector {
     for (const SpecimenDrapes& specimen : mode.specimens())
       for (const Observation& each : specimen.observations) by_specimen.push_back(&each);
     stored_.drawn = drawn;
+    if (fit.of_experiment) return;
     for (const Eigen::Index place : places_) {
       const Observation& image = *by_specimen[place];
       const double metre = image.outline_camera().pixels_per_metre();
-      stored_.images.push_back({image.name, fit.sigma_px / metre, image.radius / metre});
+      stored_.images.push_back({image.name, fit.sigma / metre, image.radius / metre});
     }
   }
   void Add(const Eigen::VectorXd& u, const Eigen::VectorXd& residual, double log_prior,
            double log_density) {
     const Eigen::Index angles = stored_.angles();
     StoredSamples::Sample sample{fit_.hierarchy.LatentRoot() * u, log_prior, log_density,
-                                 Eigen::MatrixXd(angles, places_.size())};
-    for (std::size_t i = 0; i < places_.size(); ++i)
+                                 Eigen::MatrixXd(angles, stored_.images.size()),
+                                 -0.5 * residual.squaredNorm()};
+    for (std::size_t i = 0; i < stored_.images.size(); ++i)
       sample.radius.col(i) =
           stored_.images[i].radius +
           stored_.images[i].sigma * residual.segment(angles * places_[i], angles);
@@ -233,21 +242,21 @@ void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
                   const std::vector<double>& log_ratios, PosteriorFit* fit) {
   fit->elbo_samples_valid = static_cast<int>(residuals.size());
   if (fit->elbo_samples_valid < kMinElboSamples) {
-    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms_px =
+    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms =
         std::numeric_limits<double>::quiet_NaN();
     return;
   }
-  const auto count = static_cast<double>(residuals[0].size());
+  const double count = fit->telling;
   Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
   for (int s = 0; s < fit->elbo_samples_valid; ++s) {
-    squares[s] = residuals[s].squaredNorm();
-    weights[s] = log_ratios[s] - 0.5 * squares[s];
+    squares[s] = SquaresBySigma(*fit, residuals[s]);
+    weights[s] = log_ratios[s] - 0.5 * residuals[s].squaredNorm();
   }
-  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
+  weights -= count * std::log(fit->sigma * std::sqrt(2 * std::numbers::pi));
   fit->elbo = weights.mean();
   fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->elbo_samples_valid);
   fit->pareto_k = ParetoShape(weights.matrix());
-  fit->sample_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
+  fit->sample_rms = fit->sigma * std::sqrt(squares.mean() / count);
 }
 
 void PosteriorOptions::Check() const {
@@ -272,13 +281,16 @@ MapEstimator::MapEstimator(const FitProblem& problem, const StagedFitOptions& st
       fit_(*fit) {
   options.Check();
   fit_.kind = options.kind;
-  fit_.sigma_px = options.estimate_sigma ? std::max(kLeastSigma, candidate.profile_rms)
-                                         : staged.residuals.sigma_px;
+  fit_.of_experiment = FindExperiment(problem) != nullptr;
+  const double given = fit_.of_experiment ? 1.0 : staged.residuals.sigma_px;
+  fit_.sigma = options.estimate_sigma ? std::max(least_sigma(), candidate.profile_rms) : given;
   SetHierarchy(candidate);
   SetSpecimens(candidate);
   mean_ = Eigen::VectorXd::Zero(fit_.hierarchy.num_latents());
   mean_.head(fit_.hierarchy.num_fabric()) = StartNumbers(candidate);
 }
+
+double MapEstimator::least_sigma() const { return fit_.of_experiment ? kLeastFactor : kLeastSigma; }
 
 bool MapEstimator::Find() {
   const int rounds = options_.estimate_sigma ? kSigmaRounds : 1;
@@ -314,32 +326,58 @@ Eigen::VectorXd MapEstimator::StartNumbers(const FitCandidate& candidate) const 
       MeanLogFactors(TyingMatrix(staged_.parameters), log_factors));
 }
 
-// The outlines are at the posterior's angles.
 void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
   specimens_.resize(fit_.hierarchy.specimens);
   const std::vector<State> drapes = AtRest(candidate.shapes);
   for (std::size_t i = 0; i < drapes.size(); ++i) {
-    Observation observation = problem_.observations[i];
-    const auto radius = observation.MeasureRadius(options_.angles);
-    if (!radius)
-      throw InputError(observation.file, "no closed outline at " + std::to_string(options_.angles) +
-                                             " angles, expected the silhouette of a drape");
-    observation.radius = *radius;
+    const Observation& observation = problem_.observations[i];
     SpecimenDrapes& specimen = specimens_[fit_.specimen[i]];
-    specimen.observations.push_back(std::move(observation));
+    specimen.observations.push_back(ForPosterior(observation));
     specimen.starts.push_back(drapes[i]);
+    fit_.telling += fit_.of_experiment
+                        ? CountResiduals(*observation.experiment, problem_.fine->model())
+                        : options_.angles;
   }
+  if (!fit_.of_experiment) return;
+  for (const RolloutBlock& block : BlocksOfFabric()) fit_.telling += block.num_telling();
+}
+
+// Strips and further experiments, which elements with tables of their own do not have.
+std::vector<RolloutBlock> MapEstimator::BlocksOfFabric() const {
+  if (options_.kind != PosteriorKind::kHierarchy) return {};
+  std::vector<RolloutBlock> blocks = FurtherBlocks(problem_, control_.cancel);
+  for (RolloutBlock& block : blocks)
+    for (Sight& sight : block.sights)
+      if (fit_.of_experiment) sight.sigma *= fit_.sigma;
+  return blocks;
+}
+
+// An outline is at the posterior's angles, an experiment has σ times their factor.
+Observation MapEstimator::ForPosterior(Observation observation) const {
+  if (fit_.of_experiment) {
+    Experiment enlarged = *observation.experiment;
+    for (Measurement& each : enlarged.measurements) each.sigma *= fit_.sigma;
+    observation.experiment = std::make_shared<const Experiment>(std::move(enlarged));
+    return observation;
+  }
+  std::optional<Eigen::VectorXd> radius = observation.MeasureRadius(options_.angles);
+  if (!radius)
+    throw InputError(observation.file, "no closed outline at " + std::to_string(options_.angles) +
+                                           " angles, expected the silhouette of a drape");
+  observation.radius = *std::move(radius);
+  return observation;
 }
 
 ResidualOptions MapEstimator::MakeResidualOptions() const {
   ResidualOptions options = candidate_fitter_.MakeResidualOptions();
-  options.sigma_px = fit_.sigma_px;
+  if (!fit_.of_experiment) options.sigma_px = fit_.sigma;
   options.equilibrium.max_iterations *= kSampleNewtonFactor;
   return options;
 }
 
 HierarchicalSamples MapEstimator::MakeSamples(int count, LostBranchPolicy policy) const {
-  return {problem_.fine, fit_.hierarchy, specimens_, MakeResidualOptions(), count, policy};
+  return {problem_.fine, fit_.hierarchy, specimens_,      MakeResidualOptions(),
+          count,         policy,         BlocksOfFabric()};
 }
 
 VariationalOptions MapEstimator::MakeOptions(SampleKind kind, int iterations, double from,
@@ -391,8 +429,12 @@ void MapEstimator::StartFrom(const std::vector<Eigen::VectorXd>& shapes) {
 // its Laplace covariance).
 void MapEstimator::EstimateSigma(const Eigen::VectorXd& residual) {
   const double determined = mean_.size() - fit_.mode.gaussian.Covariance().trace();
-  const double freedom = std::max(1.0, double(residual.size()) - determined);
-  fit_.sigma_px = std::max(kLeastSigma, fit_.sigma_px * residual.norm() / std::sqrt(freedom));
+  const double freedom = std::max(1.0, fit_.telling - determined);
+  fit_.sigma =
+      std::max(least_sigma(), fit_.sigma * std::sqrt(SquaresBySigma(fit_, residual) / freedom));
+  if (!fit_.of_experiment) return;
+  for (std::size_t i = 0; i < problem_.observations.size(); ++i)
+    specimens_[fit_.specimen[i]].observations = {ForPosterior(problem_.observations[i])};
 }
 
 bool MapEstimator::ReportDrapes(Eigen::VectorXd u) {

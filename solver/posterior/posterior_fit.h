@@ -31,7 +31,8 @@ struct PosteriorOptions {
   // are alike. Trials gave 0.07 to 0.17 [METHODS, P41].
   double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
   // Whether σ of the outline is estimated from the residuals at the mode, so that model error
-  // widens the posterior. Else it is ResidualOptions::sigma_px.
+  // widens the posterior. Else it is ResidualOptions::sigma_px. All σ of an experiment are enlarged
+  // by one factor, at least 1.
   bool estimate_sigma = true;
   // kElements: scale of the prior of an entry's standard deviation over the elements (log factor).
   double element_sigma = 0.3;
@@ -67,7 +68,7 @@ void VisitFields(Options& options, Visitor&& visit) {
                              .above_least = true});
   visit(estimate_sigma, Field{.key = "estimate_sigma",
                               .doc = "models bayes, bdp: estimate sigma_px from the residuals at "
-                                     "the mode"});
+                                     "the mode; the sigmas of an experiment grow with them"});
   visit(angles, Field{.key = "posterior_angles", .least = 31, .most = 3600, .is_option = false});
   visit(draws, Field{.key = "posterior_samples",
                      .doc = "models bayes, bdp: number of samples of the variational fit, even",
@@ -96,15 +97,18 @@ struct PosteriorFit {
   VariationalFit mode;          // with the Laplace approximation
   // kElements: mean and standard deviation of each face and hinge, in units of the fabric's prior.
   VariationalFit distribution;
-  double sigma_px = 0.0;  // of the outline, given or estimated
+  // Given or estimated: σ of the outline [px]; of an experiment, the factor on its σ.
+  double sigma = 0.0;
+  bool of_experiment = false;
+  int telling = 0;  // numbers that a χ² counts
   // Evidence lower bound by independent samples [nat] and its standard error; k̂ of their importance
   // weights: below 0.7 the approximation is reliable. kElements: of ln p(r, m, s), see
   // posterior_fit.h. NaN if fewer than 25 of these samples are valid: then nothing confirms the
   // posterior.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
   int elbo_samples_valid = 0;  // of these samples, with stable drapes; the others are not counted
-  std::optional<StoredSamples> samples = {};  // kHierarchy: the valid ones, with their outlines
-  double sample_rms_px = 0.0;  // root mean square of their outlines against the images
+  std::optional<StoredSamples> samples = {};  // kHierarchy: the valid ones
+  double sample_rms = 0.0;  // root mean square of what is off in them, in MisfitUnit
   // Samples of the distribution with a drape that is extrapolated past the end of its branch.
   int num_extrapolated = 0;
   RolloutCounts counts;
@@ -133,7 +137,7 @@ class MapEstimator {
   MapEstimator(const MapEstimator&) = delete;
   MapEstimator& operator=(const MapEstimator&) = delete;
 
-  // Fills hierarchy, specimen, mode, sigma_px, counts. False when there is none.
+  // Fills hierarchy, specimen, mode, sigma, telling, counts. False when there is none.
   [[nodiscard]] bool Find();
   // Fills materials and shapes: the drapes at the fabric's log factors u, or those at the mode if
   // the branches end before u. False when those at the mode are not stable either.
@@ -153,6 +157,9 @@ class MapEstimator {
  private:
   void SetHierarchy(const FitCandidate& candidate);
   void SetSpecimens(const FitCandidate& candidate);
+  double least_sigma() const;
+  Observation ForPosterior(Observation observation) const;
+  std::vector<RolloutBlock> BlocksOfFabric() const;
   Eigen::VectorXd StartNumbers(const FitCandidate& candidate) const;
   bool FindOnce(int round, int rounds);
   void StartFrom(const std::vector<Eigen::VectorXd>& shapes);
@@ -202,7 +209,7 @@ PosteriorFit FitDrapePosterior(const FitProblem& problem, const StagedFitOptions
                                const RunControl& control);
 
 // Judges a fit by independent samples: fills elbo, elbo_error, pareto_k, elbo_samples_valid and
-// sample_rms_px. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
+// sample_rms. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
 // of each. With fewer than 25 samples, these numbers are NaN.
 void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
                   const std::vector<double>& log_ratios, PosteriorFit* fit);

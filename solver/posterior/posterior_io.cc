@@ -94,7 +94,7 @@ StoredSamples::Image ReadImage(const JsonInput& input) {
 }
 
 StoredSamples::Sample ReadSample(const JsonInput& input, int parameters, int angles, int images) {
-  input.ExpectKeys({"log_factors", "log_prior", "log_density", "radius_m"});
+  input.ExpectKeys({"log_factors", "log_prior", "log_density", "radius_m", "log_likelihood"});
   const JsonInput outlines = input.At("radius_m");
   outlines.ExpectArray(images);
   StoredSamples::Sample sample{ReadLogFactors(input.At("log_factors"), parameters),
@@ -102,6 +102,7 @@ StoredSamples::Sample ReadSample(const JsonInput& input, int parameters, int ang
                                Eigen::MatrixXd(angles, images)};
   for (int i = 0; i < images; ++i)
     sample.radius.col(i) = ReadRadii(outlines.At(i).ExpectArray(angles));
+  if (images == 0) sample.log_likelihood = input.At("log_likelihood").Number();
   return sample;
 }
 
@@ -239,10 +240,12 @@ void WriteSamples(const std::string& folder, const StoredSamples& samples) {
   lines(&text, samples.samples, [](const StoredSamples::Sample& sample) {
     ordered_json outlines = ordered_json::array();
     for (const auto& outline : sample.radius.colwise()) outlines.push_back(outline);
-    return ordered_json{{"log_factors", sample.log_factors},
-                        {"log_prior", sample.log_prior},
-                        {"log_density", sample.log_density},
-                        {"radius_m", outlines}};
+    ordered_json line = {{"log_factors", sample.log_factors},
+                         {"log_prior", sample.log_prior},
+                         {"log_density", sample.log_density},
+                         {"radius_m", outlines}};
+    if (outlines.empty()) line["log_likelihood"] = sample.log_likelihood;
+    return line;
   });
   WriteFileAtomically(folder + "/" + kSamplesFile, text + "]}\n");
 }
@@ -313,7 +316,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weigh
   const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
   return {{"kind", ToString(fit.kind)},
           {"specimens", hierarchy.specimens},
-          {"sigma_px", fit.sigma_px},
+          {fit.of_experiment ? "sigma_factor" : "sigma_px", fit.sigma},
           {"termination", ToString(fit.distribution.termination)},
           {"mode_termination", ToString(fit.mode.termination)},
           {"iterations", {fit.mode.iterations, fit.distribution.iterations}},
@@ -325,7 +328,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weigh
           {"elbo_error", fit.elbo_error},
           {"divergence_from_prior", fit.distribution.divergence},
           {"pareto_k", fit.pareto_k},
-          {"sample_rms_px", fit.sample_rms_px},
+          {fit.of_experiment ? "sample_rms_sigma" : "sample_rms_px", fit.sample_rms},
           {"elbo_samples_valid", fit.elbo_samples_valid},
           {"extrapolated_samples", fit.num_extrapolated},
           {"reported_at", fit.reported_at_mode ? "mode" : "mean"},
@@ -368,16 +371,16 @@ std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weigh
                   static_cast<int>((deviation.array() < kNarrowed).count()),
                   static_cast<int>(deviation.size()), kNarrowed);
   }
+  text += fit.of_experiment ? Format("  sigma of all measurements times %.2f", fit.sigma)
+                            : Format("  sigma of the outline %.2f px", fit.sigma);
   if (std::isnan(fit.elbo))
-    return text + Format(
-                      "  sigma of the outline %.2f px; too few independent samples are valid "
-                      "(%d) to judge the fit\n",
-                      fit.sigma_px, fit.elbo_samples_valid);
+    return text + Format("; too few independent samples are valid (%d) to judge the fit\n",
+                         fit.elbo_samples_valid);
   return text + Format(
-                    "  sigma of the outline %.2f px; root mean square error of samples %.2f px\n"
+                    "; root mean square error of samples %.2f %s\n"
                     "  evidence lower bound %.1f +- %.1f by %d independent samples, Pareto k %.2f: "
                     "%s\n",
-                    fit.sigma_px, fit.sample_rms_px, fit.elbo, fit.elbo_error,
+                    fit.sample_rms, fit.of_experiment ? "sigma" : "px", fit.elbo, fit.elbo_error,
                     fit.elbo_samples_valid, fit.pareto_k,
                     fit.pareto_k < kReliable ? "reliable" : "not reliable");
 }

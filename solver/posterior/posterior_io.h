@@ -70,6 +70,7 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
 //   {"format": "drapefit-samples", "version": 1, "drawn": 100,
 //    "images": [{"name", "sigma_m", "radius_m" [K]}],
 //    "samples": [{"log_factors" [P], "log_prior", "log_density", "radius_m" [I][K]}]}.
+// Samples of an experiment have no images, but each its "log_likelihood".
 // An outline r(θ) is that in the image, in the frame of the cloth, at the scale of the support
 // plane.
 struct StoredSamples {
@@ -82,7 +83,8 @@ struct StoredSamples {
     Eigen::VectorXd log_factors;  // as in posterior.json, shape [P]
     // ln p(u) and ln q(u), of prior and posterior, by the latent numbers u in units of the prior.
     double log_prior = 0.0, log_density = 0.0;
-    Eigen::MatrixXd radius;  // r(θ_k) of the drape in each image [m], shape [K, I]
+    Eigen::MatrixXd radius;       // r(θ_k) of the drape in each image [m], shape [K, I]
+    double log_likelihood = 0.0;  // ln p(r | u), but for a constant; read only without images
   };
   int drawn = 0;  // of which `samples` are those with stable drapes
   std::vector<Image> images;

@@ -280,7 +280,7 @@ Eigen::MatrixXd HierarchicalModel::LogEntries(int specimen) const {
   Eigen::MatrixXd by_latent = Eigen::MatrixXd::Zero(kMaterialEntries, num_latents());
   const int n = num_fabric();
   by_latent.leftCols(n) = TyingMatrix(fabric) * LatentRoot().topLeftCorner(n, n);
-  if (!has_specimens()) return by_latent;
+  if (!has_specimens() || specimen == kFabric) return by_latent;
   const int first = num_fabric() + 2 * specimen;
   by_latent.col(first).head(kStretchEntries).setConstant(specimen_stretch_sigma);
   by_latent.col(first + 1).tail(kBendEntries).setConstant(specimen_bend_sigma);
@@ -303,11 +303,16 @@ std::string HierarchicalModel::NameFor(int latent) const {
 }
 
 struct HierarchicalSamples::SampleState {
-  SampleState(Backend* backend, std::shared_ptr<const MaterialParametrisation> map,
-              const SpecimenDrapes& specimen, const ResidualOptions& options)
+  SampleState(std::shared_ptr<const MaterialParametrisation> map, std::vector<RolloutBlock> blocks,
+              const ResidualOptions& options)
       : parametrisation(std::move(map)),
-        outlines(ObservationResiduals(backend, parametrisation.get(), specimen.observations,
-                                      specimen.starts, options)) {}
+        outlines(parametrisation.get(), std::move(blocks), options) {}
+  // One that another thread can run.
+  static std::unique_ptr<SampleState> Copy(const SampleState& other) {
+    auto copy = std::make_unique<SampleState>(other);
+    copy->outlines.RenewOwnBackends();
+    return copy;
+  }
 
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), outlines.num_parameters()) = u;
@@ -354,15 +359,24 @@ struct HierarchicalSamples::SampleState {
     }
     return false;
   }
-  // As found, shape [num_residuals()], and if not null the derivatives, row-major.
+  // As found and scaled by the losses, shape [num_residuals()], and if not null the derivatives,
+  // row-major.
   void CopyTo(double* residual, double* jacobian) const {
-    const int columns = outlines.num_parameters();
     for (int i = 0; i < outlines.num_blocks(); ++i) {
       CHECK(outlines.valid(i));
-      residual = std::copy_n(outlines.residual(i).data(), outlines.residual(i).size(), residual);
-      if (jacobian != nullptr)
-        jacobian = std::copy_n(outlines.jacobian(i).data(), outlines.residual(i).size() * columns,
-                               jacobian);
+      const Eigen::Index rows = outlines.residual(i).size(), columns = outlines.num_parameters();
+      Eigen::Map<Eigen::VectorXd> own(residual, rows);
+      own = outlines.residual(i);
+      residual += rows;
+      if (jacobian == nullptr) {
+        outlines.Weigh(i, own, nullptr);
+        continue;
+      }
+      Eigen::MatrixXd derivatives = outlines.jacobian(i);
+      Eigen::Ref<Eigen::MatrixXd> scaled = derivatives;
+      outlines.Weigh(i, own, &scaled);
+      Eigen::Map<RowMatrix>(jacobian, rows, columns) = derivatives;
+      jacobian += rows * columns;
     }
   }
   // Extrapolates by the Jacobian at the last point with valid drapes.
@@ -383,20 +397,25 @@ struct HierarchicalSamples::SampleState {
 HierarchicalSamples::HierarchicalSamples(Backend* backend, const HierarchicalModel& hierarchy,
                                          const std::vector<SpecimenDrapes>& specimens,
                                          const ResidualOptions& options, int draws,
-                                         LostBranchPolicy policy)
+                                         LostBranchPolicy policy,
+                                         std::vector<RolloutBlock> of_fabric)
     : backend_(backend),
       num_latents_(hierarchy.num_latents()),
       num_draws_(draws),
       specimens_(hierarchy.specimens),
       policy_(policy) {
   CHECK_EQ(specimens.size(), static_cast<std::size_t>(specimens_));
-  for (int p = 0; p < specimens_; ++p)
+  const auto add = [&](int specimen, std::vector<RolloutBlock> blocks) {
     prototypes_.push_back(std::make_unique<SampleState>(
-        backend, std::make_shared<TableParametrisation>(hierarchy.base, hierarchy.LogEntries(p)),
-        specimens[p], options));
+        std::make_shared<TableParametrisation>(hierarchy.base, hierarchy.LogEntries(specimen)),
+        std::move(blocks), options));
+  };
+  for (int p = 0; p < specimens_; ++p)
+    add(p, MakeBlocks(backend, specimens[p].observations, specimens[p].starts, options));
+  if (!of_fabric.empty()) add(HierarchicalModel::kFabric, std::move(of_fabric));
+  parts_ = static_cast<int>(prototypes_.size());
   for (int s = 0; s < draws; ++s)
-    for (const auto& prototype : prototypes_)
-      states_.push_back(std::make_unique<SampleState>(*prototype));
+    for (const auto& prototype : prototypes_) states_.push_back(SampleState::Copy(*prototype));
 }
 
 std::unique_ptr<HierarchicalSamples> HierarchicalSamples::Elementwise(
@@ -409,17 +428,17 @@ std::unique_ptr<HierarchicalSamples> HierarchicalSamples::Elementwise(
   all->backend_ = backend;
   all->num_latents_ = 2 * kMaterialEntries;
   all->num_draws_ = draws;
-  all->specimens_ = static_cast<int>(specimens.size());
+  all->specimens_ = all->parts_ = static_cast<int>(specimens.size());
   all->element_ratio_ = scales.element_sigma / scales.mean_sigma;
   all->policy_ = policy;
   for (int i = 0; i < draws * all->specimens_; ++i) {
     const int sample = i / all->specimens_, specimen = i % all->specimens_;
     all->states_.push_back(std::make_unique<SampleState>(
-        backend,
         std::make_shared<FieldParametrisation>(
             base, mesh.num_faces(), mesh.num_hinges(),
             NoiseTerms(mesh, scales.mean_sigma, SeedOfStream(seed, specimen) + sample)),
-        specimens[specimen], options));
+        MakeBlocks(backend, specimens[specimen].observations, specimens[specimen].starts, options),
+        options));
   }
   return all;
 }
@@ -428,7 +447,7 @@ HierarchicalSamples::~HierarchicalSamples() = default;
 
 int HierarchicalSamples::num_residuals() const {
   int sum = 0;
-  for (int p = 0; p < specimens_; ++p) sum += state(0, p).num_residuals();
+  for (int p = 0; p < parts_; ++p) sum += state(0, p).num_residuals();
   return sum;
 }
 
@@ -443,8 +462,8 @@ void HierarchicalSamples::Prepare(const Eigen::MatrixXd& points, bool with_jacob
   if (is_elementwise()) scaled.bottomRows(kMaterialEntries) *= element_ratio_;
   RunBatched(*backend_, static_cast<int>(states_.size()), kDrawsSideBySide,
              [&](BatchingBackend& task) {
-               states_[task.index()]->Run(&task, scaled.col(task.index() / specimens_),
-                                          with_jacobians, least_step());
+               states_[task.index()]->Run(&task, scaled.col(task.index() / parts_), with_jacobians,
+                                          least_step());
              });
 }
 
@@ -453,7 +472,7 @@ bool HierarchicalSamples::Residuals(int draw, Eigen::VectorXd* residual,
   residual->resize(num_residuals());
   if (jacobian != nullptr) jacobian->resize(num_residuals(), num_latents_);
   int row = 0;
-  for (int p = 0; p < specimens_; ++p) {
+  for (int p = 0; p < parts_; ++p) {
     const SampleState& each = state(draw, p);
     const int rows = each.num_residuals();
     if (each.valid) {
@@ -476,7 +495,7 @@ int HierarchicalSamples::num_extrapolated() const {
   int sum = 0;
   for (int s = 0; s < num_draws_; ++s) {
     int lost = 0;
-    for (int p = 0; p < specimens_; ++p) lost += state(s, p).valid ? 0 : 1;
+    for (int p = 0; p < parts_; ++p) lost += state(s, p).valid ? 0 : 1;
     sum += is_elementwise() ? lost : std::min(lost, 1);
   }
   return sum;
@@ -489,11 +508,11 @@ bool HierarchicalSamples::StartAt(const Eigen::VectorXd& u) {
     return std::all_of(states_.begin(), states_.end(),
                        [](const auto& each) { return each->outlines.has_accepted(); });
   }
-  RunBatched(*backend_, specimens_, kDrawsSideBySide, [&](BatchingBackend& task) {
+  RunBatched(*backend_, parts_, kDrawsSideBySide, [&](BatchingBackend& task) {
     prototypes_[task.index()]->Run(&task, u, true, least_step());
   });
   for (std::size_t i = 0; i < states_.size(); ++i)
-    states_[i] = std::make_unique<SampleState>(*prototypes_[i % specimens_]);
+    states_[i] = SampleState::Copy(*prototypes_[i % parts_]);
   return std::all_of(prototypes_.begin(), prototypes_.end(),
                      [](const auto& each) { return each->outlines.has_accepted(); });
 }
@@ -507,10 +526,11 @@ std::unique_ptr<HierarchicalSamples> HierarchicalSamples::WithSamples(
   other->num_draws_ = draws;
   other->policy_ = policy;
   other->specimens_ = specimens_;
+  other->parts_ = parts_;
   for (const auto& prototype : prototypes_)
-    other->prototypes_.push_back(std::make_unique<SampleState>(*prototype));
-  for (int i = 0; i < draws * specimens_; ++i)
-    other->states_.push_back(std::make_unique<SampleState>(*prototypes_[i % specimens_]));
+    other->prototypes_.push_back(SampleState::Copy(*prototype));
+  for (int i = 0; i < draws * parts_; ++i)
+    other->states_.push_back(SampleState::Copy(*prototypes_[i % parts_]));
   return other;
 }
 

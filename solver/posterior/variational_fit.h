@@ -129,7 +129,8 @@ struct HierarchicalModel {
   int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
   bool has_specimens() const { return specimen_stretch_sigma > 0.0 || specimen_bend_sigma > 0.0; }
   int num_latents() const { return num_fabric() + (has_specimens() ? 2 * specimens : 0); }
-  // ∂(log entries of a specimen)/∂u, shape [39, num_latents()].
+  // ∂(log entries of a specimen)/∂u, shape [39, num_latents()]; kFabric: of the fabric itself.
+  static constexpr int kFabric = -1;
   Eigen::MatrixXd LogEntries(int specimen) const;
   // Log factors of the fabric and of its specimens by u, shape [num_latents(), num_latents()].
   Eigen::MatrixXd LatentRoot() const;
@@ -150,16 +151,17 @@ struct SpecimenDrapes {
   std::vector<State> starts;
 };
 
-// Outlines of all specimens as residuals of samples of the hierarchy: (r − r_image)/σ of each
-// observation, specimen by specimen. Each sample follows its own drapes from trial to trial
-// (RolloutResiduals), in halved steps where they are lost at once; all rollouts of an evaluation go
-// to the backend together.
+// What was seen of all specimens as residuals of samples of the hierarchy: (r − seen)/σ of each
+// observation, specimen by specimen, then of blocks of the fabric itself. Each sample follows its
+// own drapes from trial to trial (RolloutResiduals), in halved steps where they are lost at once;
+// all rollouts of an evaluation go to the backend together.
 class HierarchicalSamples final : public SampledResiduals {
  public:
-  // The backend outlives the object.
+  // The backend outlives the object. of_fabric: blocks whose runs own their backends.
   HierarchicalSamples(Backend* backend, const HierarchicalModel& hierarchy,
                       const std::vector<SpecimenDrapes>& specimens, const ResidualOptions& options,
-                      int draws, LostBranchPolicy policy = LostBranchPolicy::kReject);
+                      int draws, LostBranchPolicy policy = LostBranchPolicy::kReject,
+                      std::vector<RolloutBlock> of_fabric = {});
   // Model bdp [Gong 2024], [METHODS, P33]: each face and hinge of each specimen has a sample of its
   // own, exp(m + s·ε) times the base for each of the 39 entries, with
   //   m = mean_sigma · u[0, 39), s = element_sigma · u[39, 78),
@@ -194,20 +196,18 @@ class HierarchicalSamples final : public SampledResiduals {
   RolloutCounts counts() const;
 
  private:
-  struct SampleState;  // of one specimen
+  struct SampleState;  // of one part: a specimen, or the fabric itself
   HierarchicalSamples() = default;
-  const SampleState& state(int draw, int specimen) const {
-    return *states_[draw * specimens_ + specimen];
-  }
+  const SampleState& state(int draw, int part) const { return *states_[draw * parts_ + part]; }
   bool is_elementwise() const { return prototypes_.empty(); }
   double least_step() const;  // of the way to a point, as a share
 
   Backend* backend_ = nullptr;
-  int num_latents_ = 0, num_draws_ = 0, specimens_ = 1;
+  int num_latents_ = 0, num_draws_ = 0, specimens_ = 1, parts_ = 1;
   double element_ratio_ = 1.0;  // element_sigma / mean_sigma
   LostBranchPolicy policy_ = LostBranchPolicy::kReject;
   std::vector<std::unique_ptr<SampleState>>
-      prototypes_;  // of each specimen, at StartAt; elementwise: none
+      prototypes_;                                    // of each part, at StartAt; elementwise: none
   std::vector<std::unique_ptr<SampleState>> states_;  // sample by sample
 };
 

@@ -9,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <utility>
 #include <vector>
@@ -32,8 +33,9 @@ Eigen::VectorXd VertexAreas(const Mesh& mesh) {
 }
 
 constexpr int kModesDisc = 1200;  // vertices of the disc on which modes are found
-// The damping is in units of the prior, beside squared singular values up to some 1e5.
-constexpr double kMaxDamping = 1e7;
+// The damping is in units of the prior, beside squared singular values up to some 1e5 of outlines;
+// σ of an experiment may be as small as one likes.
+constexpr double kMaxDamping = 1e7, kNoLimit = std::numeric_limits<double>::infinity();
 // The drape of a single table has been fitted to the end of its branch: trials move to the next
 // branch, millimetres away, and Newton needs 30 to 60 iterations for that.
 constexpr int kNewtonFactor = 3;
@@ -235,7 +237,7 @@ class FieldFitter {
     options.trust_region.max_iterations = options_.iterations;
     options.trust_region.initial_damping = staged_.initial_damping;
     options.trust_region.unit_damping = true;
-    options.trust_region.max_damping = kMaxDamping;
+    options.trust_region.max_damping = FindExperiment(problem_) ? kNoLimit : kMaxDamping;
     options.trust_region.cost_tolerance = kFieldTolerance;
     options.trust_region.cancel = control_.cancel;
     options.trust_region.progress = [&](const FitIteration& iteration) {

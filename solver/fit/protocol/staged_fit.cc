@@ -384,8 +384,7 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
   std::vector<RolloutBlock> blocks;
   if (problem.strips != nullptr) blocks = problem.strips->MakeBlocks(cancel);
   for (const SettledExperiment& each : problem.further) {
-    const std::shared_ptr<Backend> backend = MakeCpuBackend(each.model, 1);
-    RolloutBlock block{.runs = {{.backend = backend.get(), .start = each.start, .owned = backend}},
+    RolloutBlock block{.runs = {OwnRun(each.model, each.start)},
                        .sights = MakeSights(*each.experiment, *each.model),
                        .equilibrium = {.cancel = cancel},
                        .is_unique = true};

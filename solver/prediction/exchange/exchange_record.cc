@@ -157,7 +157,8 @@ std::string Header(const FabricSamples& samples, const std::optional<StoredSampl
 void AddLikelihood(const StoredSamples& samples, const StoredSamples::Sample& sample,
                    std::vector<double>* row) {
   const Eigen::MatrixXd likelihood = samples.LogLikelihood(sample);
-  row->push_back(likelihood.sum() + sample.log_prior);
+  row->push_back((samples.images.empty() ? sample.log_likelihood : likelihood.sum()) +
+                 sample.log_prior);
   row->push_back(sample.log_density);
   row->insert(row->end(), likelihood.data(), likelihood.data() + likelihood.size());
 }

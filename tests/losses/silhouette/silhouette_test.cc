@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <numeric>
 
 #include "tests/losses/disc.h"
@@ -230,25 +229,6 @@ TEST(RenderSoft, ClothFarOutsideTheImageIsCheap) {
   const Eigen::VectorXd x = 1e7 * (disc.rest_x + Eigen::VectorXd::Ones(disc.rest_x.size()));
   ASSERT_TRUE(RenderSoft(disc, x, Camera(), {}, &soft));
   EXPECT_EQ(soft.coverage.sum(), 0);
-}
-
-// A generous limit for loaded machines: about 2 ms were measured for each function.
-TEST(RenderSoft, TakesMilliseconds) {
-  const Mesh disc = MakeDisc(17, 71, 0.15);  // 1208 vertices
-  const Eigen::VectorXd x = Deform(disc, kOverlap);
-  SoftSilhouette soft;
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(x.size());
-  const Eigen::VectorXd adjoint = Eigen::VectorXd::Ones(256 * 256);
-  const int repeats = 20;
-  const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i < repeats; ++i) {
-    ASSERT_TRUE(RenderSoft(disc, x, Camera(), {}, &soft));
-    test::AdjRenderSoft(soft, x, Camera(), adjoint, &gradient);
-  }
-  const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
-  RecordProperty("milliseconds", std::to_string(wall.count() / repeats));
-  std::printf("soft silhouette and adjoint: %.2f ms\n", wall.count() / repeats);
-  EXPECT_LT(wall.count() / repeats, 100);
 }
 
 }  // namespace

@@ -262,6 +262,48 @@ TEST_F(ExperimentFileTest, AnErrorOfAnotherFileNamesTheKey) {
                      "'experiments[0].scene': scene: found no edge of the hem");
 }
 
+// Half the squares are the cost of the loss, of which their Jacobian gives the gradient.
+TEST(RobustBlocks, SquaresAreTheLoss) {
+  const auto model =
+      std::make_shared<const ClothModel>(MakeStrip(0.1, 0.05, 1, 1), Scene(), MakeLaw("smooth"));
+  Sight sight{.readouts = {std::make_shared<MarkerReadout>(
+                  WeightsOfPlaces(model->mesh, model->mesh.uv.leftCols(3), ""))},
+              .data = {}};
+  const Eigen::VectorXd theta = Eigen::Vector3d(0.3, -0.2, 0.5);
+  const Eigen::MatrixXd slope = Eigen::MatrixXd::Random(9, 3);
+  Eigen::VectorXd at_zero = Eigen::VectorXd::Random(9);
+  at_zero.head(3) = -slope.topRows(3) * theta;  // a marker that is met
+  at_zero.tail(3) *= 20.0;                      // one that is far off
+  const std::shared_ptr<ceres::LossFunction> losses[] = {std::make_shared<ceres::HuberLoss>(2.0),
+                                                         std::make_shared<ceres::CauchyLoss>(2.0),
+                                                         std::make_shared<ceres::TukeyLoss>(9.0)};
+  for (const auto& loss : losses) {
+    sight.loss = loss;
+    const auto weigh = [&](const Eigen::VectorXd& at, Eigen::VectorXd* residual,
+                           Eigen::MatrixXd* jacobian) {
+      *residual = at_zero + slope * at;
+      if (jacobian == nullptr) return WeighByLoss(sight, *residual, nullptr);
+      *jacobian = slope;
+      Eigen::Ref<Eigen::MatrixXd> scaled = *jacobian;
+      return WeighByLoss(sight, *residual, &scaled);
+    };
+    Eigen::VectorXd residual, ahead, behind;
+    Eigen::MatrixXd jacobian;
+    const double cost = weigh(theta, &residual, &jacobian);
+    EXPECT_NEAR(0.5 * residual.squaredNorm(), cost, 1e-12 * cost);
+    double least_rho[3];
+    loss->Evaluate((at_zero + slope * theta).tail(3).squaredNorm(), least_rho);
+    EXPECT_GT(cost, 0.5 * least_rho[0]);
+    for (int i = 0; i < 3; ++i) {
+      constexpr double kStep = 1e-6;
+      const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(3, i);
+      (void)weigh(theta + step, &ahead, nullptr);
+      (void)weigh(theta - step, &behind, nullptr);
+      EXPECT_LT(((ahead - behind) / (2 * kStep) - jacobian.col(i)).norm(), 1e-8) << i;
+    }
+  }
+}
+
 // A cost with a loss is what Ceres makes of it: from far outliers the fit turns away.
 TEST(RobustBlocks, AnOutlierIsPassedBy) {
   const auto model = std::make_shared<const ClothModel>(

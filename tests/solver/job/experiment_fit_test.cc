@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <iomanip>
+#include <numbers>
 #include <random>
+#include <span>
 
 #include "losses/readout/place_readouts.h"
 #include "losses/readout/scene_readouts.h"
@@ -13,6 +16,8 @@
 
 namespace drape::test {
 namespace {
+
+using testing::HasSubstr;
 
 // A square that hangs from two corners, made on another mesh with other tables, and a cantilever of
 // the same fabric.
@@ -51,12 +56,13 @@ class ExperimentFitTest : public FitJobTest {
       file << "\n";
     }
   }
-  void WriteExperiments(const std::string& more = "") {
+  void WriteExperiments(const std::string& more = "", const std::string& sigma = "5e-4") {
     data_.experiment = folder_ / "experiment.json";
     std::ofstream(data_.experiment)
         << R"({"experiments": [{"name": "square", "mesh": "strip:0.2x0.2x10",)"
         << R"("scene": "corners.json", "random_starts": 1,)"
-        << R"("measurements": [{"markers": "markers.csv", "sigma": 5e-4}]})" << more << "]}";
+        << R"("measurements": [{"markers": "markers.csv", "sigma": )" << sigma << "}]}" << more
+        << "]}";
   }
 };
 
@@ -265,13 +271,194 @@ TEST_F(StripFitTest, ADensityWithoutAForceIsRefused) {
   EXPECT_NE(ComputeError().find("no number in newtons"), std::string::npos) << ComputeError();
 }
 
+// A strip that is clamped horizontally, of three times the bending stiffness of its start tables,
+// by eight markers with noise of .5 mm.
+class ExperimentPosteriorTest : public StripFitTest {
+ protected:
+  static constexpr const char* kMesh = "strip:0.15x0.03x10";
+  static constexpr const char* kClamp =
+      R"({"gravity": [0, 0, -9.81],
+          "handles": {"region": {"half_plane": {"offset": 0.0151}}, "stiffness": 1e4}})";
+
+  ExperimentPosteriorTest() : model_(MakeModel(kMesh, kClamp)) {
+    spec_.model = FitModel::kBayes;
+    spec_.stages.grid.bend = {3.0};
+    spec_.stages.prior_sigma = 0.3;
+    spec_.posterior.specimen_stretch_sigma = spec_.posterior.specimen_bend_sigma = 0.0;
+    spec_.posterior.draws = 8;
+    spec_.posterior.rank = 2;
+    spec_.posterior.iterations = 10;
+    spec_.posterior.elbo_samples = 200;
+  }
+  Eigen::VectorXd Drape(const MaterialField& material) const {
+    const auto backend = MakeCpuBackend(model_, 1);
+    const EquilibriumResult rest = SolveFromRest(*backend, material, {});
+    EXPECT_EQ(rest.status, EquilibriumStatus::kStable);
+    return rest.x;
+  }
+  static bool IsNear(double weft) { return weft < 0.05; }
+  void WriteMarkers() {
+    const Eigen::VectorXd x = Drape(Scaled(TestMaterial(), 1.0, 3.0));
+    std::mt19937_64 random(7);
+    std::ofstream file(folder_ / "m.csv");
+    file << "vertex,x_m,y_m,z_m\n";
+    for (int i = 1; i <= 8; ++i) {
+      const int vertex = model_->mesh.num_vertices() * i / 9;
+      file << vertex;
+      for (int d = 0; d < 3; ++d) file << "," << x[3 * vertex + d] + 5e-4 * SampleNormal(random);
+      file << "\n";
+    }
+  }
+  void WriteExperiments(const nlohmann::json& measurement, const nlohmann::json& further = {}) {
+    data_.experiment = folder_ / "experiment.json";
+    nlohmann::json experiments = {{{"name", "strip"},
+                                   {"mesh", kMesh},
+                                   {"scene", "held.json"},
+                                   {"random_starts", 0},
+                                   {"measurements", {measurement}}}};
+    if (!further.is_null()) experiments.push_back(further);
+    std::ofstream(data_.experiment) << nlohmann::json{{"experiments", experiments}};
+  }
+  void WriteExperiments(double sigma) {
+    WriteMarkers();
+    WriteExperiments({{"markers", "m.csv"}, {"sigma", sigma}});
+  }
+  // Its log factor on bend.
+  nlohmann::json Fitted() {
+    const FitJobResult result = RunFitJob(spec_, data_, files_, {});
+    EXPECT_TRUE(result.has_posterior) << result.table;
+    return Summary()["posterior"]["log_factors"][1];
+  }
+
+  const std::shared_ptr<const ClothModel> model_;
+};
+
+// Of markers, whose errors are normal, the Laplace approximation is near; the posterior has the
+// reference within three of its deviations, and its samples weigh as they should.
+TEST_F(ExperimentPosteriorTest, MarkersHaveAPosterior) {
+  WriteExperiments(5e-4);
+  const nlohmann::json bend = Fitted(), posterior = Summary()["posterior"];
+  const StoredPosterior stored = ReadPosterior(folder_.path());
+  const double deviation = bend["sd"], reference = std::log(3.0 * TestMaterial().bend[0].b[0][0] /
+                                                            stored.base.bend[0].b[0][0]);
+  EXPECT_EQ(bend["name"], "bend");
+  EXPECT_NEAR(bend["mean"], reference, 3.0 * deviation) << bend;
+  EXPECT_LT(deviation, 0.1 * bend["prior_sd"].get<double>());
+  EXPECT_NEAR(deviation / bend["laplace_sd"].get<double>(), 1.0, 0.2);
+  EXPECT_GE(posterior["sigma_factor"], 1.0);
+  EXPECT_LT(posterior["sigma_factor"], 1.5);
+  EXPECT_LT(posterior["pareto_k"], 0.7);
+  const StoredSamples samples = ReadSamples(folder_.path(), stored.size());
+  ASSERT_EQ(samples.samples.size(), posterior["elbo_samples_valid"]);
+  double mean = 0.0;
+  for (const StoredSamples::Sample& each : samples.samples)
+    mean += (each.log_likelihood + each.log_prior - each.log_density) /
+            static_cast<double>(samples.samples.size());
+  const double constant =
+      24.0 * std::log(posterior["sigma_factor"].get<double>() * std::sqrt(2.0 * std::numbers::pi));
+  EXPECT_NEAR(mean - constant, posterior["elbo"].get<double>(), 1e-6);
+}
+
+// Errors five times as large as stated widen the posterior, unless σ is not to be estimated.
+TEST_F(ExperimentPosteriorTest, WhatIsOffWidensIt) {
+  WriteExperiments(1e-4);
+  const double wide = Fitted()["sd"];
+  EXPECT_GT(Summary()["posterior"]["sigma_factor"], 3.0);
+  spec_.posterior.estimate_sigma = false;
+  EXPECT_LT(Fitted()["sd"], 0.5 * wide);
+  EXPECT_EQ(Summary()["posterior"]["sigma_factor"], 1.0);
+}
+
+// A second cloth of the fabric, and one that moves, count in the posterior too, not in its mode
+// alone.
+TEST_F(ExperimentPosteriorTest, FurtherExperimentsNarrowIt) {
+  spec_.posterior.estimate_sigma = false;
+  WriteExperiments(5e-3);
+  const double alone = Fitted()["sd"];
+  const nlohmann::json markers = {{"markers", "m.csv"}, {"sigma", 5e-3}};
+  const nlohmann::json again = {
+      {"mesh", kMesh}, {"scene", "held.json"}, {"measurements", {markers}}};
+  WriteExperiments(markers, again);
+  EXPECT_NEAR(Fitted()["sd"].get<double>() / alone, std::sqrt(0.5), 0.1);
+  const nlohmann::json film =
+      Film(*model_, Scaled(TestMaterial(), 1.0, 3.0), Eigen::Vector3d::Zero(),
+           {.h = 0.02, .steps = 10, .frames = {10}});
+  WriteExperiments(markers, {{"mesh", kMesh},
+                             {"scene", "held.json"},
+                             {"motion", {{"steps", 10}, {"time_step", 0.02}}},
+                             {"measurements", film}});
+  EXPECT_LT(Fitted()["sd"].get<double>(), 0.3 * alone);
+}
+
+// A strip that bends four times as stiffly near its clamp, by its registered shape.
+TEST_F(ExperimentPosteriorTest, FieldsFindTheStifferPart) {
+  MaterialField reference = TestMaterial();
+  reference.stretch.assign(model_->mesh.num_faces(), reference.stretch[0]);
+  reference.bend.assign(model_->mesh.num_hinges(), reference.bend[0]);
+  const Eigen::RowVectorXd weft = HingeCentres(model_->mesh).row(0);
+  for (int h = 0; h < weft.size(); ++h)
+    for (double& entry : std::span(&reference.bend[h].b[0][0], kBendEntries))
+      entry *= IsNear(weft[h]) ? 8.0 : 2.0;
+  WriteObj(folder_ / "scan.obj", model_->mesh, Drape(reference));
+  WriteExperiments({{"shape", "scan.obj"}, {"sigma", 1e-4}});
+  spec_.model = FitModel::kHeterogeneous;
+  spec_.fields.groups = FieldGroups::kBend;
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const Material fitted = ReadMaterialFor(model_->mesh, folder_ / "material.json");
+  double parts[2] = {0.0, 0.0}, counts[2] = {0.0, 0.0};
+  for (int h = 0; h < weft.size(); ++h) {
+    // Where the strip bends: at edges across it, before it hangs down.
+    const Hinge& hinge = model_->mesh.hinges[h];
+    const Eigen::Vector2d edge =
+        model_->mesh.uv.col(hinge.vertex[1]) - model_->mesh.uv.col(hinge.vertex[0]);
+    if (std::abs(edge.y()) < 1e-9 || weft[h] < 0.02 || weft[h] > 0.08) continue;
+    const int part = IsNear(weft[h]) ? 1 : 0;
+    parts[part] += std::log(MeanBend(fitted.field.bend[h]));
+    counts[part] += 1.0;
+  }
+  const double ratio = std::exp(parts[1] / counts[1] - parts[0] / counts[0]);
+  std::printf("near over far: %g\n", ratio);
+  EXPECT_GT(ratio, 2.0);
+  EXPECT_LT(ratio, 6.0);
+  const nlohmann::json summary = Summary();
+  EXPECT_LT(summary["measurements"][0]["misfit_sigma"], 3.0) << summary["fields"];
+}
+
 TEST_F(ExperimentFitTest, WhatDoesNotBelongTogetherIsRefused) {
   WriteExperiments();
   data_.images = {folder_ / "a.png"};
   EXPECT_THROW(RunFitJob(spec_, data_, files_, {}), InputError);
   data_.images.clear();
+  spec_.model = FitModel::kHeterogeneous;
+  spec_.fields.basis = FieldBasis::kModes;
+  EXPECT_THAT(ComputeError(), HasSubstr("expected elements: modes are of a disc"));
+  spec_.fields.basis = FieldBasis::kElements;
+  WriteExperiments(
+      R"(, {"mesh": "strip:0.2x0.2x10", "scene": "corners.json",
+           "measurements": [{"markers": "markers.csv", "sigma": 1}]})");
+  EXPECT_THAT(ComputeError(), HasSubstr("model heterogeneous: found further experiments"));
+  WriteExperiments();
+  spec_.model = FitModel::kBdp;
+  EXPECT_THAT(ComputeError(), HasSubstr("fewer than 39 with model bdp"));
+}
+
+// Nothing is at rest whose posterior could be found; tables of elements have no frequencies.
+TEST_F(StripFitTest, ModelsBesideTheOneTableNeedACloth) {
+  MakeModel("strip:0.06x0.02x6", kHeldEdge);
+  const auto write = [&](const nlohmann::json& more) {
+    nlohmann::json strip = {{"mesh", "strip:0.06x0.02x6"}, {"scene", "held.json"}};
+    strip.update(more);
+    data_.experiment = folder_ / "experiment.json";
+    std::ofstream(data_.experiment) << nlohmann::json{{"experiments", {strip}}};
+  };
+  std::ofstream(folder_ / "m.csv") << "vertex,x_m,y_m,z_m\n4,0.05,0,0\n";
   spec_.model = FitModel::kBayes;
-  EXPECT_THROW(RunFitJob(spec_, data_, files_, {}), InputError);
+  write({{"motion", {{"steps", 2}, {"time_step", 0.02}}},
+         {"measurements", {{{"markers", "m.csv"}, {"sigma", 1}, {"step", 2}}}}});
+  EXPECT_THAT(ComputeError(), HasSubstr("model bayes: found motions alone"));
+  spec_.model = FitModel::kHeterogeneous;
+  write({{"measurements", {{{"frequencies", {2.0}}, {"sigma", 0.1}}}}});
+  EXPECT_THAT(ComputeError(), HasSubstr("model heterogeneous: found frequencies"));
 }
 
 }  // namespace

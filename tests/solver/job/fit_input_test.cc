@@ -7,6 +7,7 @@
 
 #include "physics/util/errors.h"
 #include "solver/job/fit_checkpoint.h"
+#include "solver/job/fit_cloths.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"

@@ -150,7 +150,8 @@ TEST(ParetoShape, EqualWeightsHaveNoTail) {
 
 PosteriorFit ScoreOfEqualDraws(int count) {
   PosteriorFit fit;
-  fit.sigma_px = 2.0;
+  fit.sigma = 2.0;
+  fit.telling = 4;
   const Eigen::VectorXd residual = Eigen::VectorXd::Constant(4, 0.5);
   EstimateElbo(std::vector<Eigen::VectorXd>(count, residual), std::vector<double>(count, -3.0),
                &fit);
@@ -161,7 +162,7 @@ TEST(EstimateElbo, IsTheMeanLogWeight) {
   const PosteriorFit fit = ScoreOfEqualDraws(30);
   EXPECT_NEAR(fit.elbo, -3.0 - 0.5 - 4 * std::log(2 * std::sqrt(2 * std::numbers::pi)), 1e-12);
   EXPECT_NEAR(fit.elbo_error, 0.0, 1e-12);
-  EXPECT_NEAR(fit.sample_rms_px, 1.0, 1e-12);
+  EXPECT_NEAR(fit.sample_rms, 1.0, 1e-12);
   EXPECT_EQ(fit.elbo_samples_valid, 30);
 }
 
