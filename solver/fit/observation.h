@@ -108,10 +108,9 @@ Observation ReadCaptureObservation(const Capture& capture, ObservationSource sou
 
 // What cameras have seen of one fabric, and what is known of it.
 struct ObservedFabric {
-  std::vector<Observation> drapes;               // at least one, of specimens of one size
-  MaterialField start;                           // tables from which a fit starts
-  std::vector<MaterialField> other_starts = {};  // further ones: a fit starts from all
-  double density = 0.0;  // as weighed [kg/m²]; 0: not known, that of `start` is assumed
+  std::vector<Observation> drapes;  // at least one, of specimens of one size
+  MaterialField start;              // tables from which a fit starts
+  double density = 0.0;             // as weighed [kg/m²]; 0: not known, that of `start` is assumed
   // Models bayes and bdp: the specimen of each drape, from 1 without gaps; empty: each shows its
   // own.
   std::vector<int> specimens = {};

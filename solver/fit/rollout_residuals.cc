@@ -136,7 +136,7 @@ Eigen::MatrixXd RolloutResiduals::NumbersByTheta(int block) const {
 void RolloutResiduals::PrepareForEvaluation(bool with_jacobians, bool) {
   // Ceres differentiates only where it has settled: the point of its last accepted trial.
   if (with_jacobians) {
-    if (options_.warm_restart && EvaluatedHere()) RestartFromLastShapes();
+    if (EvaluatedHere()) RestartFromLastShapes();
     Evaluate(true);
     Accept();
   } else if (IsTooFar()) {
@@ -165,6 +165,8 @@ bool RolloutResiduals::EvaluatedHere() const {
   return evaluated_theta_.size() == theta_.size() && evaluated_theta_ == theta_;
 }
 
+// After an accepted step the next rollouts start from its drapes, so that a fit by time steps
+// converges to an equilibrium on one branch instead of chasing a transient [METHODS, P22].
 void RolloutResiduals::RestartFromLastShapes() {
   for (int i = 0; i < num_blocks(); ++i)
     for (std::size_t k = 0; !is_motion(i) && evaluations_[i].valid && k < blocks_[i].runs.size();

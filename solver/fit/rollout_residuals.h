@@ -25,10 +25,6 @@ struct ResidualOptions {
   // kStatic only. A trial needs more iterations only near a bifurcation.
   EquilibriumOptions equilibrium = {.max_iterations = 30};
   double sigma_px = 0.5;  // standard deviation of an outline's radius
-  // kDynamic: after each accepted step the next rollouts start from the accepted drapes, so that
-  // the fit converges to an equilibrium on one branch instead of chasing a transient
-  // [METHODS, P22].
-  bool warm_restart = true;
   // A trial is rejected without a rollout when the root mean square of the predicted change of its
   // residuals, times sigma_px, is larger [px]. The first evaluation has no prediction.
   double max_outline_change = 4.0;
@@ -38,8 +34,7 @@ struct ResidualOptions {
 
 template <MutableOrConst<ResidualOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
-  auto& [solve_mode, rollout, equilibrium, sigma_px, warm_restart, max_outline_change, max_jump] =
-      options;
+  auto& [solve_mode, rollout, equilibrium, sigma_px, max_outline_change, max_jump] = options;
   visit(sigma_px, Field{.key = "sigma_px",
                         .doc = "standard deviation of the outline, in pixels of a published image "
                                "(1.39 mm) whatever the image's scale",
@@ -48,9 +43,6 @@ void VisitFields(Options& options, Visitor&& visit) {
                         .most = 1e4});
   visit(solve_mode,
         Field{.key = "solve", .doc = "fit the equilibrium, or the shape after the settle steps"});
-  visit(warm_restart, Field{.key = "warm_restart",
-                            .doc = "solve dynamic: trials start from the last accepted drape, not "
-                                   "from that of the initial guess"});
   visit(max_outline_change, Field{.key = "max_outline_change",
                                   .doc = "reject a step that is predicted to move the outline "
                                          "further",

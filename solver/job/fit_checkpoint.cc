@@ -157,8 +157,8 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   VisitFields(spec.stages, add);
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
-  const auto& [images, captures, source, specimens, lab_measurements, experiment, material,
-               other_materials, density, ground_truth, notes, log_lines] = data;
+  const auto& [images, captures, source, specimens, lab_measurements, experiment, material, density,
+               ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
   for (const ReadRecord::File& file : input.files) key["read_files"].push_back(file.sha256);
   key["discs"] = {input.discs.specimen, input.discs.support};

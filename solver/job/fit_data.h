@@ -17,11 +17,10 @@ struct FitData {
   std::vector<Capture> captures;    // of the public data set in place of images (UseCaptures)
   ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
   std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
-  std::vector<std::string> lab_measurements;      // files (ReadLabMeasurements)
-  std::string experiment;                         // a file (ReadExperiments) in place of images
-  std::string material = kBuiltInName;            // start tables (ReadMaterial)
-  std::vector<std::string> other_materials = {};  // further ones: images are fitted from all
-  double density = 0.0;                           // of the fabric [kg/m²]; 0: that of `material`
+  std::vector<std::string> lab_measurements;  // files (ReadLabMeasurements)
+  std::string experiment;                     // a file (ReadExperiments) in place of images
+  std::string material = kBuiltInName;        // start tables (ReadMaterial)
+  double density = 0.0;                       // of the fabric [kg/m²]; 0: that of `material`
   std::string ground_truth;        // tables that the images were made with, compared; empty: none
   std::vector<std::string> notes;  // on the data, for summary and log
   std::vector<std::string> log_lines;  // on the data, for the log alone

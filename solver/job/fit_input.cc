@@ -222,13 +222,6 @@ void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density
     input->ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   problem.material = ReadStartTables(spec, data.material, density, &input->notes);
-  if (!data.other_materials.empty() && data.num_observations() == 0 && data.experiment.empty())
-    throw InputError("other_materials",
-                     "found some without images, expected none: laboratory tests are fitted from "
-                     "one start");
-  for (const std::string& file : data.other_materials)
-    problem.other_materials.push_back(
-        ReadStartTables(spec, file, problem.material.density, &input->notes));
   if (spec.simpler_models && data.lab_measurements.empty())
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
 }
@@ -247,9 +240,9 @@ void UsePool(const FitSpec& spec, FitInput* input) {
   const InitialGuessOptions& grid = spec.stages.grid;
   const InitialGuessOptions usual;
   const bool is_pooled =
-      spec.start_pool && !problem.observations.empty() && problem.other_materials.empty() &&
-      !input->strips && FitsWholeTables(spec.table_form, spec.stages.parameters) &&
-      spec.law == LawKind::kSmooth && spec.contact.model == ContactModel::kNone &&
+      spec.start_pool && !problem.observations.empty() && !input->strips &&
+      FitsWholeTables(spec.table_form, spec.stages.parameters) && spec.law == LawKind::kSmooth &&
+      spec.contact.model == ContactModel::kNone &&
       spec.stages.residuals.solve_mode == SolveMode::kStatic && grid.stretch == usual.stretch &&
       grid.bend == usual.bend && grid.lifts == usual.lifts;
   const OutlinePool* pool = is_pooled ? FindBuiltInPool(input->discs) : nullptr;
@@ -356,14 +349,9 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   DropRepeats(problem, &input.notes);
   PrepareWarp(spec.model, false, problem, &input.notes);
   input.density_is_given = fabric.density > 0.0;
-  const auto prepare = [&](MaterialField tables, double density) {
-    RequireStartTables(spec, tables);
-    RaiseSmallEntries(tables, spec.min_relative_stiffness);
-    return PrepareStartTables(spec, std::move(tables), density);
-  };
-  problem.material = prepare(std::move(fabric.start), fabric.density);
-  for (MaterialField& other : fabric.other_starts)
-    problem.other_materials.push_back(prepare(std::move(other), problem.material.density));
+  RequireStartTables(spec, fabric.start);
+  RaiseSmallEntries(fabric.start, spec.min_relative_stiffness);
+  problem.material = PrepareStartTables(spec, std::move(fabric.start), fabric.density);
   if (spec.simpler_models)
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
   UsePool(spec, &input);

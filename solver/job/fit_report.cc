@@ -218,7 +218,7 @@ ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const St
 ordered_json GuessJson(const FitData& data, const FitProblem& problem, const InitialGuess& guess) {
   if (problem.is_pooled)
     return {{"pooled_drape", guess.table + 1}, {"of", problem.other_materials.size() + 1}};
-  return {{"material", guess.table == 0 ? data.material : data.other_materials[guess.table - 1]},
+  return {{"material", data.material},
           {"stretch", guess.stretch},
           {"bend", guess.bend},
           {"lifts", guess.lifts},

@@ -21,8 +21,6 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
       PathOption("experiment", &data.experiment,
                  "file of markers, points, depth maps, motions (configs/README.md), alone"),
       FabricOption(&data.material),
-      PathOption("other_fabrics", &data.other_materials,
-                 "further start tables: images are fitted from all, and the best result is kept"),
       Usual(NumberOption("density", &data.density, 0, 10,
                          "areal density of the fabric, as weighed; 0: that of lab_tests, the data "
                          "set or `fabric`",

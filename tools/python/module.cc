@@ -368,8 +368,6 @@ DrapeFit FitImages(const std::vector<std::string>& images, const Material& start
                         .start = start.field,
                         .density = options.data.density,
                         .specimens = options.data.specimens};
-  for (const std::string& other : options.data.other_materials)
-    fabric.other_starts.push_back(ReadMaterial(other).field);
   return RunUnlocked([&](const std::atomic<bool>& cancel) {
     for (const std::string& image : images)
       if (!cancel) fabric.drapes.push_back(ReadImageObservation(image, spec.observation));

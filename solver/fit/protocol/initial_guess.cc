@@ -82,15 +82,6 @@ std::vector<InitialGuess> TryScale(Backend& coarse, const std::vector<MaterialFi
   return Combine(table, stretch, bend, by_observation);
 }
 
-std::vector<double> WithMeans(const std::vector<double>& factors) {
-  std::vector<double> finer = {factors.front()};
-  for (std::size_t i = 1; i < factors.size(); ++i) {
-    finer.push_back(std::sqrt(factors[i - 1] * factors[i]));
-    finer.push_back(factors[i]);
-  }
-  return finer;
-}
-
 // Acceleration of the pull by the displacement that it asks for [s⁻²]: some times the lowest
 // eigenvalues of drapes, with which folds move, and little against those of stretch.
 constexpr double kPull = 1000.0;
@@ -103,12 +94,6 @@ double ComputeAngle(const Eigen::Vector2d& p) { return std::atan2(p.y(), p.x());
 double Turn(double a, double b) { return b >= a ? b - a : b - a + 2 * std::numbers::pi; }
 
 }  // namespace
-
-InitialGuessOptions Refined(InitialGuessOptions grid, int materials) {
-  std::vector<double>& factors = grid.bend.size() > 1 ? grid.bend : grid.stretch;
-  while (factors.size() > 1 && grid.num_scales() < materials) factors = WithMeans(factors);
-  return grid;
-}
 
 void InitialGuessOptions::Check() const {
   CheckFields(*this);

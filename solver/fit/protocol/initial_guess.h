@@ -53,11 +53,6 @@ void VisitFields(Options& options, Visitor&& visit) {
                      .most = 100000});
 }
 
-// At least `materials` pairs of stretch × bend factors: geometric means are added between
-// neighbouring bend factors until there are so many (between stretch factors if there is one bend
-// factor only). A single pair cannot be refined.
-InitialGuessOptions Refined(InitialGuessOptions grid, int materials);
-
 // Scaled start tables, a start shape for each observation, and the misfit of the coarse drapes.
 struct InitialGuess {
   int table = 0;  // number of the start tables

@@ -42,11 +42,6 @@ constexpr int kSideBySide = 64;
 // How many times the candidates of the first round are kept as guesses.
 constexpr int kSpareGuesses = 4;
 
-// The grid that is searched.
-InitialGuessOptions SearchedGrid(const StagedFitOptions& options) {
-  return Refined(options.grid, options.candidates_per_round.front());
-}
-
 // Candidates that the present round fits: in the first one more, where one is carried over.
 int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
   return options.candidates_per_round.at(state.round) + (state.round == 0 && state.carried ? 1 : 0);
@@ -118,7 +113,7 @@ class StagedFitter {
       Report("initial guesses", work_.initial_guesses * share, 0.0);
     };
     TryInitialGuesses(*problem_.coarse, ListStartTables(problem_), problem_.observations,
-                      SearchedGrid(options_), control, state.tried, [&] {
+                      options_.grid, control, state.tried, [&] {
                         state.grid_seconds += Lap();
                         Save(state);
                       });
@@ -316,7 +311,7 @@ double FitWork::total() const {
 FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options) {
   const auto count = [](const auto& list) { return static_cast<int>(list.size()); };
   const int images = count(problem.observations), threads = problem.fine->threads();
-  const InitialGuessOptions grid = SearchedGrid(options);
+  const InitialGuessOptions grid = options.grid;
   const double coarse_step = ExpectStepTime(problem.coarse->model().mesh.num_vertices(),
                                             problem.fine->model().mesh.num_vertices());
   FitWork work;

@@ -59,9 +59,7 @@ struct FitProblem {
 
 struct StagedFitOptions {
   InitialGuessOptions grid;
-  // Candidates fitted in each round, from a pool in each part. A first number above the count of
-  // stretch × bend factors refines the grid (Refined): guesses of one material with other lifts
-  // often are the same.
+  // Candidates fitted in each round, from a pool in each part.
   std::vector<int> candidates_per_round = {5, 2, 1};
   std::vector<int> iterations = {5, 8, 40};  // of Ceres for each of them
   ParameterTying parameters = ParameterTying::kEntries;
@@ -76,12 +74,10 @@ template <MutableOrConst<StagedFitOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [grid, candidates_per_round, iterations, parameters, prior_sigma, initial_damping,
          residuals] = options;
-  visit(candidates_per_round,
-        Field{.key = "candidates_per_round",
-              .doc = "candidates fitted in each round; a first number above the count of "
-                     "initial_stretch x initial_bend adds factors between those given",
-              .least = 1,
-              .most = 1000});
+  visit(candidates_per_round, Field{.key = "candidates_per_round",
+                                    .doc = "candidates fitted in each round",
+                                    .least = 1,
+                                    .most = 1000});
   visit(iterations, Field{.key = "iterations",
                           .doc = "iterations of Ceres for each candidate of a round",
                           .least = 0,

@@ -419,18 +419,6 @@ TEST_F(FitJobTest, AFitOnSeveralMeshesTellsItsMeshError) {
   EXPECT_TRUE(Summary()["meshes"]["error"].is_null());
 }
 
-TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {
-  MaterialField far = Scaled(test::TestMaterial(), 1.0, 1e-2);
-  WriteStart(far);
-  std::filesystem::copy(folder_ / "start.json", folder_ / "far.json");
-  WriteStart(test::TestMaterial());
-  data_.material = folder_ / "far.json";
-  data_.other_materials = {folder_ / "start.json"};
-  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
-  const nlohmann::json summary = Summary();
-  EXPECT_EQ(summary["initial_guess"]["material"], data_.other_materials[0]);
-}
-
 // D/(ρg) and its cube root do not change with the density that is assumed.
 TEST_F(FitJobTest, SaysWhenTheDensityIsThatOfTheStartTables) {
   data_.density = 0.0;

@@ -49,7 +49,7 @@ std::vector<Option> FitOptionsOfCells(FitToolOptions& fit, const std::set<std::s
       "images",   "lab_tests", "experiment", "fabric",      "density",       "ground_truth",
       "model",    "out",       "resume",     "data",        "data_fabric",   "samples",
       "captures", "face",      "camera",     "data_source", "specimens",     "accuracy",
-      "solve",    "support",   "specimen",   "table_form",  "other_fabrics", "accuracy_table"};
+      "solve",    "support",   "specimen",   "table_form",  "accuracy_table"};
   std::vector<Option> options = FitTable(fit).options;
   std::erase_if(options, [&](const Option& option) {
     return of_each_fit.contains(option.key) || except.contains(option.key);

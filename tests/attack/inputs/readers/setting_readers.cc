@@ -62,7 +62,7 @@ Reader MakeFitConfigReader() {
   return {.name = "fit config",
           .file = "fit.json",
           .content = R"({"images": ["a.png"], "fabric": "a.json", "iterations": [5, 8],
-                         "initial_lifts": [0.5, 1.0], "warm_restart": true, "threads": 2,
+                         "initial_lifts": [0.5, 1.0], "threads": 2,
                          "field_basis": "modes", "sigma_px": 0.5, "density": 0.2})",
           .read = [](const std::string& path) {
             FitToolOptions options;

@@ -81,21 +81,6 @@ TEST(RankGuesses, PutsTheTrueScalesFirst) {
     EXPECT_LE(ranked[i - 1].profile_rms, ranked[i].profile_rms);
 }
 
-TEST(Refined, AddsMeansUntilThereAreEnough) {
-  InitialGuessOptions grid;
-  grid.stretch = {1.0, 4.0};
-  grid.bend = {1.0, 4.0, 9.0};
-  EXPECT_EQ(Refined(grid, 6).bend, grid.bend);
-  EXPECT_THAT(Refined(grid, 7).bend, testing::ElementsAre(1.0, 2.0, 4.0, 6.0, 9.0));
-  EXPECT_EQ(Refined(grid, 18).bend.size(), 9);
-  EXPECT_EQ(Refined(grid, 18).stretch, grid.stretch);
-  grid.bend = {1.0};
-  EXPECT_THAT(Refined(grid, 3).stretch, testing::ElementsAre(1.0, 2.0, 4.0));
-  grid.stretch = {1.0};
-  EXPECT_EQ(Refined(grid, 3).stretch, grid.stretch);
-  EXPECT_GE(Refined({}, 64).stretch.size() * Refined({}, 64).bend.size(), 64);
-}
-
 // Without physics: the drape is known for each material.
 class InitialGuessTest : public testing::Test {
  protected:
