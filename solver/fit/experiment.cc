@@ -26,7 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
+constexpr double kWaves = 5e-3;        // of a random start: root mean square around the hem [m]
+constexpr int kStartsOverSupport = 8;  // cloth that folds over a support has many branches
 constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
 constexpr int kMostModes = 50;
@@ -389,6 +390,7 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
     experiment.start = ReadNamed(input.At("start"), folder, [&](const std::string& path) {
       return ReadStart(path, experiment.mesh, SupportRadius(experiment.scene).value_or(0.0)).x;
     });
+  if (SupportRadius(experiment.scene)) experiment.random_starts = kStartsOverSupport;
   if (input.Has("random_starts"))
     experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
   if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);

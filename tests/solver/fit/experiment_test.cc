@@ -63,6 +63,23 @@ TEST_F(ExperimentFileTest, MarkersAreReadWhereTheyAreOnTheCloth) {
   EXPECT_EQ(CountResiduals(experiment, model), 6);
 }
 
+TEST_F(ExperimentFileTest, AClothOverASupportHasMoreStarts) {
+  const auto starts = [&](const std::string& more) {
+    Write("m.csv", "vertex,x_m,y_m,z_m\n4,0.05,0,0\n");
+    return ReadExperiments(
+               Write("e.json", R"({"experiments": [{"mesh": "disc:100", "scene": {"gravity": [0, 0,
+        -9.81], "handles": {"region": {"disc": {"radius": 0.09}}, "stiffness": 1e4}})" +
+                                   more +
+                                   R"(, "measurements": [{"markers": "m.csv", "sigma": 1}]}]})"))
+        .experiments.front()
+        .random_starts;
+  };
+  EXPECT_EQ(starts(""), 8);
+  EXPECT_EQ(starts(R"(, "random_starts": 1)"), 1);
+  Write("m.csv", "vertex,x_m,y_m,z_m\n4,0.05,0,0\n");
+  EXPECT_EQ(Read(R"({"markers": "m.csv", "sigma": 1})").random_starts, 2);
+}
+
 TEST_F(ExperimentFileTest, ARegisteredShapeIsAStartOfItsOwn) {
   const Mesh mesh = ParseMeshSpec("strip:0.2x0.2x4");
   Eigen::VectorXd x = mesh.rest_x;

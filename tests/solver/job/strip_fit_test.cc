@@ -217,6 +217,28 @@ TEST_F(JointFit, AgreesWithTestsAndOutline) {
             summary["lab_fit"]["spectrum"]["determined_directions"]);
 }
 
+// A weak outline and a strip: the posterior is as narrow as the strip makes it.
+TEST_F(JointFit, ThePosteriorHasTheTestsToo) {
+  spec_.model = FitModel::kBayes;
+  spec_.stages.parameters = ParameterTying::kScales;
+  spec_.stages.residuals.sigma_px = 5.0;
+  spec_.posterior.estimate_sigma = false;
+  spec_.posterior.specimen_stretch_sigma = spec_.posterior.specimen_bend_sigma = 0.0;
+  spec_.posterior.draws = 4;
+  spec_.posterior.rank = 0;
+  spec_.posterior.iterations = 4;
+  spec_.posterior.elbo_samples = 25;
+  const auto deviation = [&]() -> double {
+    EXPECT_TRUE(RunFitJob(spec_, data_, files_, {}).has_posterior);
+    return Summary()["posterior"]["log_factors"][1]["sd"];
+  };
+  const double both = deviation();
+  data_.lab_measurements.clear();
+  const double alone = deviation();
+  std::printf("%g with the strips, %g without\n", both, alone);
+  EXPECT_LT(both, 0.5 * alone);
+}
+
 TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
   spec_.stages.parameters = ParameterTying::kColumns;
   spec_.stages.iterations = {2, 2};
