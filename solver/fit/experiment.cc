@@ -511,6 +511,13 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
   return std::sqrt(2.0 * cost / static_cast<double>(count));
 }
 
+double EnlargeSigma(double misfit, int count) {
+  constexpr double kShared = 12.0;  // numbers that errors in common have: two for each of six folds
+  const double chance = 1.0 + 2.0 / std::sqrt(2.0 * count);
+  const double excess = std::max(0.0, misfit * misfit - chance * chance);
+  return std::sqrt(1.0 + excess * std::max(1.0, count / kShared));
+}
+
 int CountResiduals(const Experiment& experiment, const ClothModel& model) {
   Eigen::Index count = 0;
   for (const Sight& sight : MakeSights(experiment, model)) count += sight.num_telling;

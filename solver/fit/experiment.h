@@ -82,6 +82,10 @@ double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
 // where they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
                              const MaterialField& material, const Eigen::VectorXd& x);
+// The factor on the standard deviations of `count` telling residuals whose misfit it is. Beyond
+// chance a misfit is an error of the model or another branch, which the residuals have in common
+// [METHODS, P75].
+double EnlargeSigma(double misfit, int count);
 // N of all its measurements.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
 

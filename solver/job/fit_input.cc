@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "cuda/make_backend.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"

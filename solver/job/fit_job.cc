@@ -168,16 +168,18 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
   report.linear_sheet = MakeLinearSheet(input, judge);
 }
 
-// The rows of experiments: errors count as many times as the worst measurement is off. A fit that
-// is off by more than its errors, so perhaps on another branch, has none: it leaves the prior.
+// The rows of experiments: errors are as much larger as the worst measurement says. A fit that is
+// off by more than its errors, so perhaps on another branch, has none: it leaves the prior.
 WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
-  double worst = 1.0;
-  for (const MeasurementReport& each : report.measurements) worst = std::max(worst, each.misfit);
-  if (worst > kTrustedMisfit) return {};
+  double enlarged = 1.0;
+  for (const MeasurementReport& each : report.measurements) {
+    if (each.misfit > kTrustedMisfit) return {};
+    enlarged = std::max(enlarged, EnlargeSigma(each.misfit, each.count));
+  }
   const Eigen::Index rows = jacobian.rows();
   return {.jacobian = std::move(jacobian),
           .outline_rows = rows,
-          .outline_weight = 1.0 / (worst * worst),
+          .outline_weight = 1.0 / (enlarged * enlarged),
           .tell_stretching = true};
 }
 
@@ -190,11 +192,13 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
+  const bool of_experiment = FindExperiment(problem) != nullptr;
   WeightedRows rows = {.jacobian = jacobian,
                        .outline_rows = std::min<Eigen::Index>(
                            jacobian.rows(), problem.observations.size() * spec.observation.angles),
                        .outline_weight = sigma_ratio * sigma_ratio * independent};
-  if (FindExperiment(problem) != nullptr) rows = ExperimentRows(report, jacobian);
+  if (of_experiment) rows = ExperimentRows(report, jacobian);
+  const bool is_trusted = !of_experiment || rows.jacobian.size() > 0;
   Judgement judge =
       JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows, spec.stages.prior_sigma);
   const LogQuantity stretch = [&](const MaterialField& tables) {
@@ -205,7 +209,7 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
   };
   const std::optional<KnownTo> of_stretch = judge(stretch, Resistance::kStretching),
                                of_bend = judge(bend, Resistance::kBending);
-  if (report.posterior && report.posterior->kind == PosteriorKind::kHierarchy &&
+  if (is_trusted && report.posterior && report.posterior->kind == PosteriorKind::kHierarchy &&
       report.posterior->pareto_k < kReliableK)
     judge = JudgeByPosterior(MakeStoredPosterior(*report.posterior),
                              of_stretch && of_stretch->determined,

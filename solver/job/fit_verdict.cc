@@ -159,10 +159,20 @@ void JudgeReach(const FitReport& report, Judge& judge) {
 }
 
 void JudgeMeasurements(const FitReport& report, Judges& judges) {
-  for (const MeasurementReport& each : report.measurements)
-    judges.shape.Add(ChooseGrade(each.misfit, kMeasurementMisfit),
-                     each.experiment + ": " + each.name +
-                         Format(" are off by %.1f sigma, root mean square", each.misfit));
+  constexpr double kMuch = 2.0;  // of EnlargeSigma
+  for (const MeasurementReport& each : report.measurements) {
+    const std::string off = each.experiment + ": " + each.name +
+                            Format(" are off by %.1f sigma, root mean square", each.misfit);
+    const FitGrade grade = ChooseGrade(each.misfit, kMeasurementMisfit);
+    const double enlarged = EnlargeSigma(each.misfit, each.count);
+    if (grade == FitGrade::kGood && enlarged > kMuch)
+      judges.shape.Add(FitGrade::kUsable,
+                       off + Format(", more than %d numbers are by chance: the model or the branch "
+                                    "is off, and intervals count %.1f times the sigma",
+                                    each.count, enlarged));
+    else
+      judges.shape.Add(grade, off);
+  }
   for (const DrapeReport& drape : report.drapes) JudgeRest(drape, "", judges);
   JudgeReach(report, judges.bending);
 }

@@ -21,7 +21,6 @@ constexpr int kModeIterations = 40;
 constexpr double kUsualModeIterations = 10.0;  // of mode or distribution, for the progress line
 constexpr int kSigmaRounds = 2;       // of mode and σ in alternation, from σ of the candidate
 constexpr double kLeastSigma = 0.05;  // of an estimate: that of the measured outline [px]
-constexpr double kLeastFactor = 1.0;  // on the σ of an experiment
 constexpr double kMapTolerance = 1e-4;
 constexpr int kSampleNewtonFactor = 2;  // a sample lies further from the mode than a trial
 
@@ -282,15 +281,14 @@ MapEstimator::MapEstimator(const FitProblem& problem, const StagedFitOptions& st
   options.Check();
   fit_.kind = options.kind;
   fit_.of_experiment = FindExperiment(problem) != nullptr;
-  const double given = fit_.of_experiment ? 1.0 : staged.residuals.sigma_px;
-  fit_.sigma = options.estimate_sigma ? std::max(least_sigma(), candidate.profile_rms) : given;
   SetHierarchy(candidate);
+  fit_.telling = CountTelling();
+  const double given = fit_.of_experiment ? 1.0 : staged.residuals.sigma_px;
+  fit_.sigma = options.estimate_sigma ? SigmaBy(candidate.profile_rms) : given;
   SetSpecimens(candidate);
   mean_ = Eigen::VectorXd::Zero(fit_.hierarchy.num_latents());
   mean_.head(fit_.hierarchy.num_fabric()) = StartNumbers(candidate);
 }
-
-double MapEstimator::least_sigma() const { return fit_.of_experiment ? kLeastFactor : kLeastSigma; }
 
 bool MapEstimator::Find() {
   const int rounds = options_.estimate_sigma ? kSigmaRounds : 1;
@@ -334,12 +332,20 @@ void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
     SpecimenDrapes& specimen = specimens_[fit_.specimen[i]];
     specimen.observations.push_back(ForPosterior(observation));
     specimen.starts.push_back(drapes[i]);
-    fit_.telling += fit_.of_experiment
-                        ? CountResiduals(*observation.experiment, problem_.fine->model())
-                        : options_.angles;
   }
-  if (!fit_.of_experiment) return;
-  for (const RolloutBlock& block : BlocksOfFabric()) fit_.telling += block.num_telling();
+}
+
+int MapEstimator::CountTelling() const {
+  const Experiment* experiment = FindExperiment(problem_);
+  if (experiment == nullptr) return options_.angles * int(problem_.observations.size());
+  int telling = CountResiduals(*experiment, problem_.fine->model());
+  for (const RolloutBlock& block : BlocksOfFabric()) telling += block.num_telling();
+  return telling;
+}
+
+// σ, or the factor on it, where the residuals are as large, root mean square.
+double MapEstimator::SigmaBy(double misfit) const {
+  return fit_.of_experiment ? EnlargeSigma(misfit, fit_.telling) : std::max(kLeastSigma, misfit);
 }
 
 // Strips and further experiments, which elements with tables of their own do not have.
@@ -430,8 +436,7 @@ void MapEstimator::StartFrom(const std::vector<Eigen::VectorXd>& shapes) {
 void MapEstimator::EstimateSigma(const Eigen::VectorXd& residual) {
   const double determined = mean_.size() - fit_.mode.gaussian.Covariance().trace();
   const double freedom = std::max(1.0, fit_.telling - determined);
-  fit_.sigma =
-      std::max(least_sigma(), fit_.sigma * std::sqrt(SquaresBySigma(fit_, residual) / freedom));
+  fit_.sigma = SigmaBy(fit_.sigma * std::sqrt(SquaresBySigma(fit_, residual) / freedom));
   if (!fit_.of_experiment) return;
   for (std::size_t i = 0; i < problem_.observations.size(); ++i)
     specimens_[fit_.specimen[i]].observations = {ForPosterior(problem_.observations[i])};

@@ -32,7 +32,7 @@ struct PosteriorOptions {
   double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
   // Whether σ of the outline is estimated from the residuals at the mode, so that model error
   // widens the posterior. Else it is ResidualOptions::sigma_px. All σ of an experiment are enlarged
-  // by one factor, at least 1.
+  // by one factor (EnlargeSigma).
   bool estimate_sigma = true;
   // kElements: scale of the prior of an entry's standard deviation over the elements (log factor).
   double element_sigma = 0.3;
@@ -157,7 +157,8 @@ class MapEstimator {
  private:
   void SetHierarchy(const FitCandidate& candidate);
   void SetSpecimens(const FitCandidate& candidate);
-  double least_sigma() const;
+  int CountTelling() const;
+  double SigmaBy(double misfit) const;
   Observation ForPosterior(Observation observation) const;
   std::vector<RolloutBlock> BlocksOfFabric() const;
   Eigen::VectorXd StartNumbers(const FitCandidate& candidate) const;

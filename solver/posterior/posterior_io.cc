@@ -80,7 +80,7 @@ constexpr int kMostDrawn = 1'000'000;
 
 Eigen::VectorXd ReadRadii(const JsonInput& input) {
   constexpr double kMostRadius = 10.0;  // [m]
-  const Eigen::VectorXd radii = input.Vector();
+  Eigen::VectorXd radii = input.Vector();
   if (radii.size() > 0 && (radii.minCoeff() <= 0.0 || radii.maxCoeff() > kMostRadius))
     input.Fail(Format("radii above 0 and at most %g m", kMostRadius));
   return radii;

@@ -279,6 +279,17 @@ TEST_F(ExperimentFileTest, AnErrorOfAnotherFileNamesTheKey) {
                      "'experiments[0].scene': scene: found no edge of the hem");
 }
 
+// Chance widens nothing; what is more widens many numbers more than few, as twelve in common would.
+TEST(EnlargeSigma, TakesWhatIsMoreThanChanceAsCommon) {
+  EXPECT_EQ(EnlargeSigma(0.3, 10), 1.0);
+  EXPECT_EQ(EnlargeSigma(1.04, 900), 1.0);
+  EXPECT_EQ(EnlargeSigma(1.2, 40), 1.0);
+  EXPECT_NEAR(EnlargeSigma(3.0, 5), std::sqrt(10.0 - std::pow(1.0 + 2.0 / std::sqrt(10.0), 2)),
+              1e-12);
+  EXPECT_NEAR(EnlargeSigma(2.0, 1'200'000), 316.2 * std::sqrt(3.0), 1.0);
+  EXPECT_GT(EnlargeSigma(1.5, 900), 9.0);
+}
+
 // Half the squares are the cost of the loss, of which their Jacobian gives the gradient.
 TEST(RobustBlocks, SquaresAreTheLoss) {
   const auto model =
