@@ -205,6 +205,8 @@ class ManyCandidatesTest : public testing::Test {
 TEST_F(ManyCandidatesTest, BranchesOfARoundShareTheirBatches) {
   options_.candidates_per_round = {64};
   options_.iterations = {20};
+  options_.grid.bend.clear();
+  for (int k = 0; k < 22; ++k) options_.grid.bend.push_back(std::exp2(3.0 - k / 3.0));
   const StagedFitState state = Run();
   EXPECT_EQ(backend_.largest_batch, 64);
   EXPECT_EQ(std::count_if(state.candidates.begin(), state.candidates.end(),
