@@ -476,7 +476,7 @@ std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialF
 double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
                    Eigen::Ref<Eigen::MatrixXd>* jacobian) {
   if (sight.loss == nullptr) return 0.5 * residual.squaredNorm();
-  constexpr double kZero = 1e-12;  // of s: ρ/s is 1 there, as of each loss
+  constexpr double kZero = 1e-8;  // of s: below, ρ/s of each loss is 1, and its rounding is not
   const int group = sight.readouts.front()->group();
   double cost = 0.0;
   for (Eigen::Index row = 0; row < residual.size(); row += group) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
@@ -11,6 +12,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
+#include "physics/util/math/random.h"
 #include "solver/fit/fit.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
@@ -298,8 +300,11 @@ TEST(RobustBlocks, SquaresAreTheLoss) {
                   WeightsOfPlaces(model->mesh, model->mesh.uv.leftCols(3), ""))},
               .data = {}};
   const Eigen::VectorXd theta = Eigen::Vector3d(0.3, -0.2, 0.5);
-  const Eigen::MatrixXd slope = Eigen::MatrixXd::Random(9, 3);
-  Eigen::VectorXd at_zero = Eigen::VectorXd::Random(9);
+  std::mt19937_64 random(3);
+  Eigen::MatrixXd slope(9, 3);
+  Eigen::VectorXd at_zero(9);
+  for (double& value : slope.reshaped()) value = SampleNormal(random);
+  for (double& value : at_zero) value = SampleNormal(random);
   at_zero.head(3) = -slope.topRows(3) * theta;  // a marker that is met
   at_zero.tail(3) *= 20.0;                      // one that is far off
   const std::shared_ptr<ceres::LossFunction> losses[] = {std::make_shared<ceres::HuberLoss>(2.0),
