@@ -320,13 +320,6 @@ void LogDetermined(const FitProblem& problem, StagedFitOptions stages, const Run
               (unknown.empty() ? "" : "; from the prior: " + unknown));
 }
 
-// The median of a posterior; the mode where nothing confirms that an experiment's posterior is near
-// it.
-MaterialField ReportedFabric(const PosteriorFit& fit) {
-  const bool is_confirmed = !fit.of_experiment || !std::isnan(fit.elbo);
-  return is_confirmed ? fit.Fabric() : fit.FabricAt(fit.mode.gaussian.mean);
-}
-
 // Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
 // problem: of the last part.
 void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& problem,
@@ -338,7 +331,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
-                    : report.posterior ? ReportedFabric(*report.posterior)
+                    : report.posterior ? report.posterior->Fabric()
                                        : FittedMaterial(spec.stages, *best);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);

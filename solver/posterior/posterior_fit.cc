@@ -442,23 +442,22 @@ void MapEstimator::EstimateSigma(const Eigen::VectorXd& residual) {
     specimens_[fit_.specimen[i]].observations = {ForPosterior(problem_.observations[i])};
 }
 
-bool MapEstimator::ReportDrapes(Eigen::VectorXd u) {
+bool MapEstimator::ReportDrapes() {
   HierarchicalSamples sample = MakeSamples(1, LostBranchPolicy::kReject);
   if (!sample.StartAt(fit_.mode.gaussian.mean)) return false;
-  sample.Prepare(u, false);
-  fit_.reported_at_mode = sample.num_extrapolated() > 0;
-  if (fit_.reported_at_mode) {
-    u = fit_.mode.gaussian.mean;
+  const auto is_found = [&](const Eigen::VectorXd& u) {
     sample.Prepare(u, false);
-    if (sample.num_extrapolated() > 0) return false;
-  }
+    return sample.num_extrapolated() == 0;
+  };
+  fit_.reported_at_mode = std::isnan(fit_.elbo) || !is_found(fit_.distribution.gaussian.mean);
+  if (fit_.reported_at_mode && !is_found(fit_.mode.gaussian.mean)) return false;
   const std::vector<Eigen::VectorXd> by_specimen = sample.Shapes(0);
   fit_.counts += sample.counts();
   for (const Eigen::Index place : OutlinePlaces(fit_.specimen, fit_.hierarchy.specimens))
     fit_.shapes.push_back(by_specimen[place]);
   for (const int p : fit_.specimen)
-    fit_.materials.push_back(
-        TableParametrisation(fit_.hierarchy.base, fit_.hierarchy.LogEntries(p)).Material(u));
+    fit_.materials.push_back(TableParametrisation(fit_.hierarchy.base, fit_.hierarchy.LogEntries(p))
+                                 .Material(fit_.reported_mean()));
   return true;
 }
 
@@ -494,7 +493,7 @@ PosteriorFit FitDrapePosterior(const FitProblem& problem, const StagedFitOptions
   const bool fitted = options.kind == PosteriorKind::kElements
                           ? FitElements(problem, options, mode, &fit)
                           : FitHierarchy(options, mode, &fit);
-  if (!fitted || !mode.ReportDrapes(fit.distribution.gaussian.mean)) fit.shapes.clear();
+  if (!fitted || !mode.ReportDrapes()) fit.shapes.clear();
   return fit;
 }
 

@@ -114,7 +114,7 @@ struct PosteriorFit {
   RolloutCounts counts;
   std::vector<int> specimen;  // of each observation, from 0
   // Tables and drapes of each observation are those at the mean of the distribution, or at the mode
-  // if a branch ends before the mean.
+  // if a branch ends before the mean or nothing confirms the distribution (elbo).
   bool reported_at_mode = false;
   std::vector<MaterialField> materials;
   std::vector<Eigen::VectorXd> shapes;  // the drapes there [m], shape [3V]
@@ -122,8 +122,11 @@ struct PosteriorFit {
   bool valid() const { return !shapes.empty(); }
   // Tables of the fabric at u, without those of its specimens.
   MaterialField FabricAt(const Eigen::VectorXd& u) const;
-  // The median of the distribution.
-  MaterialField Fabric() const { return FabricAt(distribution.gaussian.mean); }
+  // The median of the distribution, or the mode: as reported.
+  MaterialField Fabric() const { return FabricAt(reported_mean()); }
+  const Eigen::VectorXd& reported_mean() const {
+    return (reported_at_mode ? mode : distribution).gaussian.mean;
+  }
 };
 
 // The part that the posteriors of all models share: from a candidate to the mode of the fabric's
@@ -139,9 +142,9 @@ class MapEstimator {
 
   // Fills hierarchy, specimen, mode, sigma, telling, counts. False when there is none.
   [[nodiscard]] bool Find();
-  // Fills materials and shapes: the drapes at the fabric's log factors u, or those at the mode if
-  // the branches end before u. False when those at the mode are not stable either.
-  [[nodiscard]] bool ReportDrapes(Eigen::VectorXd u);
+  // Fills materials, shapes and reported_at_mode. False when the drapes at the mode are not stable
+  // either.
+  [[nodiscard]] bool ReportDrapes();
 
   // Samples of the hierarchy, from the drapes of the mode.
   HierarchicalSamples MakeSamples(int count, LostBranchPolicy policy) const;

@@ -56,13 +56,12 @@ class ExperimentFitTest : public FitJobTest {
       file << "\n";
     }
   }
-  void WriteExperiments(const std::string& more = "", const std::string& sigma = "5e-4") {
+  void WriteExperiments(const std::string& more = "") {
     data_.experiment = folder_ / "experiment.json";
     std::ofstream(data_.experiment)
         << R"({"experiments": [{"name": "square", "mesh": "strip:0.2x0.2x10",)"
         << R"("scene": "corners.json", "random_starts": 1,)"
-        << R"("measurements": [{"markers": "markers.csv", "sigma": )" << sigma << "}]}" << more
-        << "]}";
+        << R"("measurements": [{"markers": "markers.csv", "sigma": 5e-4}]})" << more << "]}";
   }
 };
 
@@ -333,7 +332,7 @@ class ExperimentPosteriorTest : public StripFitTest {
   const std::shared_ptr<const ClothModel> model_;
 };
 
-// Of markers, whose errors are normal, the Laplace approximation is near; the posterior has the
+// The errors of markers are normal, so the Laplace approximation is near; the posterior has the
 // reference within three of its deviations, and its samples weigh as they should.
 TEST_F(ExperimentPosteriorTest, MarkersHaveAPosterior) {
   WriteExperiments(5e-4);
