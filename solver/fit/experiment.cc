@@ -11,8 +11,10 @@
 
 #include "losses/camera/view.h"
 #include "losses/image/segmentation.h"
+#include "losses/outline/outline.h"
 #include "losses/readout/cloud_readouts.h"
 #include "losses/readout/observation_files.h"
+#include "losses/readout/outline_readouts.h"
 #include "losses/readout/scene_readouts.h"
 #include "losses/readout/view_readouts.h"
 #include "physics/cloth/scene_io.h"
@@ -191,7 +193,38 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
     for (int column = 0; column < image.width; ++column)
       measurement.data[row * image.width + column] = image.at(column, row);
   measurement.num_telling = std::max(1, CountAtOutline(image));
+  measurement.pull = kPullOfContours;
   return measurement;
+}
+
+// The outline of a drape on its support, in pixels of the picture.
+Measurement MakeOutlineMeasurement(const JsonInput& input, const std::string& folder,
+                                   const ClothModel& model) {
+  constexpr int kAngles = 90;
+  input.ExpectKeys(WithCommonKeys({"outline", "camera_file"}));
+  const JsonInput picture = input.At("outline");
+  const std::string path = ResolvePath(picture, folder);
+  const std::optional<double> support = SupportRadius(model.scene);
+  if (!support) picture.Fail("none: the scene has no support");
+  const DrapeDiscs discs{.specimen = model.mesh.uv.colwise().norm().maxCoeff(),
+                         .support = *support};
+  CameraInput camera;
+  if (input.Has("camera_file")) camera.file = ResolvePath(input.At("camera_file"), folder);
+  const MeasuredImage seen = NamingKey(picture, [&] {
+    return MeasureImage(ReadSilhouette(path), camera, CentreMode::kOutline, discs, path);
+  });
+  Outline outline;
+  if (!OutlineFromImage(seen.image, seen.camera, kAngles, &outline))
+    picture.Fail("a closed outline about the support");
+  return {.name = "outline of " + path,
+          .readout =
+              [=, camera = seen.camera](const ClothModel& cloth) {
+                return std::make_shared<OutlineReadout>(cloth.mesh, camera, kAngles);
+              },
+          .data = outline.radius,
+          .sigma = seen.camera.pixels_per_metre(),
+          .pull = kPullOfContours,
+          .quality = seen.quality};
 }
 
 // At least one number of a list.
@@ -277,6 +310,8 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
     read = {MakeDepthMeasurement(input, folder)};
   else if (input.Has("silhouette"))
     read = {MakeSilhouetteMeasurement(input, folder)};
+  else if (input.Has("outline"))
+    read = {MakeOutlineMeasurement(input, folder, model)};
   else if (input.Has("angle"))
     read = {MakeAngleMeasurement(input, mesh)};
   else if (input.Has("force"))
@@ -284,9 +319,10 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
   else if (input.Has("frequencies"))
     read = {MakeFrequencyMeasurement(input, model)};
   else
-    input.Fail("one of markers, shape, points, depth, silhouette, angle, force and frequencies");
+    input.Fail(
+        "one of markers, shape, points, depth, silhouette, outline, angle, force and frequencies");
   for (Measurement& each : read) {
-    each.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
+    each.sigma *= input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
     // Builds it, since a place off the cloth is an error of the file.
     const int count = NamingKey(input, [&] { return each.readout(model)->size(); });
@@ -458,7 +494,8 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& mo
                 .sigma = each.sigma,
                 .loss = each.loss,
                 .frame = frame,
-                .num_telling = each.num_telling};
+                .num_telling = each.num_telling,
+                .pull = each.pull};
     if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
     if (sight.num_telling == 0) sight.num_telling = sight.readouts.front()->num_independent();
     sights.push_back(std::move(sight));

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/outline/measured_image.h"
 #include "losses/readout/readout.h"
 #include "physics/cloth/assembly/dynamics.h"
 #include "physics/cloth/cloth_model.h"
@@ -19,6 +20,10 @@
 #include "solver/fit/parametrisation.h"
 
 namespace drape {
+
+// Pulls of measurements on a cloth that falls [s⁻²] [METHODS, P58]: what sees shapes leads it, what
+// sees contours alone would shake it.
+inline constexpr double kPullOfShapes = 3e4, kPullOfContours = 1e3;
 
 // Numbers that were measured of a cloth, whatever mesh simulates it.
 struct Measurement {
@@ -32,6 +37,8 @@ struct Measurement {
   int step = 0;  // of a moving cloth: after so many time steps
   // Numbers that differ from drape to drape; 0: as many as are independent (Readout).
   int num_telling = 0;
+  double pull = kPullOfShapes;
+  ImageQuality quality = {};  // of a picture: how far it can be trusted
 };
 
 // One cloth on its scene, at rest or as it moves, and what was measured of it.
@@ -67,6 +74,7 @@ struct Sight {
   std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
   int frame = -1;                                  // of the run's frames; −1: its end
   int num_telling = 0;                             // as Measurement, of an experiment
+  double pull = kPullOfContours;                   // as Measurement
 };
 std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model);
 
@@ -121,6 +129,8 @@ struct ExperimentFile {
 //   {"depth": "depth.png", "metres_per_count": 1e-4, "background": 1.5, "view": …, "sigma": 0.002}
 //       [m] (ReadDepthMap, DepthReadout)
 //   {"silhouette": "side.png", "view": …, "half_width": 1, "sigma": 0.3}   coverage
+//   {"outline": "drape.png", "camera_file": "camera.json", "sigma": 0.0007}
+//       [m] from above over a support, weft to the right (MeasureImage); default: its own camera
 //   {"angle": 41.5, "tip": [3, 4], "clamp": [0, 0, 0], "along": [1, 0, 0], "sigma": 1}   [°]
 //   {"force": [0, 0, 0.2], "vertices": [0, 20], "sigma": 0.001}
 //   {"force": 0.2, "along": [0, 0, 1], "sigma": 0.001}

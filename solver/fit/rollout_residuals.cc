@@ -44,8 +44,6 @@ int RolloutBlock::num_residuals() const {
   return sum;
 }
 
-namespace {
-
 std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& model,
                               double sigma_px) {
   if (observation.experiment != nullptr) return MakeSights(*observation.experiment, model);
@@ -53,8 +51,6 @@ std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& 
       model.mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
   return {{.readouts = {readout}, .data = observation.radius, .sigma = sigma_px}};
 }
-
-}  // namespace
 
 std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
                                      const std::vector<State>& starts,

@@ -261,6 +261,9 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   RolloutCounts counts_;
 };
 
+// What of a cloth an observation is compared with; sigma_px: of an outline, as ResidualOptions.
+std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& model,
+                              double sigma_px);
 // Observations on one backend, a block each.
 std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
                                      const std::vector<State>& starts,

@@ -23,6 +23,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/fit/protocol/field_io.h"
+#include "solver/fit/protocol/guided_settle.h"
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"

@@ -209,12 +209,11 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen:
   }
 }
 
-void JudgeImage(const Observation& observation, const std::string& which, Judge& judge) {
-  if (!observation.quality.doubtful) return;
-  if (observation.quality.notes.empty())
+void JudgeImage(const ImageQuality& quality, const std::string& which, Judge& judge) {
+  if (!quality.doubtful) return;
+  if (quality.notes.empty())
     judge.Add(FitGrade::kUsable, "scale, centre or outline of the image may be off" + which);
-  for (const std::string& note : observation.quality.notes)
-    judge.Add(FitGrade::kUsable, note + which);
+  for (const std::string& note : quality.notes) judge.Add(FitGrade::kUsable, note + which);
 }
 
 void JudgeStrips(const std::vector<StripReport>& strips, Judge& judge) {
@@ -399,10 +398,13 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
   for (std::size_t i = 0; !by_experiment && i < problem.observations.size(); ++i) {
     const Observation& observation = problem.observations[i];
     const std::string which = problem.observations.size() > 1 ? " (" + observation.name + ")" : "";
-    JudgeImage(observation, which, judges.measurement);
+    JudgeImage(observation.quality, which, judges.measurement);
     if (!report.cancelled && i < report.drapes.size())
       JudgeDrape(observation, report.drapes[i], report.spectrum.values.size(), which, judges);
   }
+  if (const Experiment* experiment = FindExperiment(problem))
+    for (const Measurement& each : experiment->measurements)
+      JudgeImage(each.quality, " (" + each.name + ")", judges.measurement);
   if (!report.fitted()) {
     judges.Condemn("nothing could be fitted");
   } else if (report.cancelled) {  // its drapes have not been examined

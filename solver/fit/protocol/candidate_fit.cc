@@ -8,6 +8,7 @@
 
 #include "physics/mesh/mesh.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/protocol/guided_settle.h"
 #include "solver/fit/protocol/initial_guess.h"
 
 namespace drape {

@@ -9,6 +9,7 @@
 #include "losses/image/image.h"
 #include "losses/readout/place_readouts.h"
 #include "losses/readout/scene_readouts.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
@@ -206,6 +207,32 @@ TEST(FreeNumbers, ResidualsHaveTheirDerivatives) {
   check(all, rest, 1e-5);
   check(only_table, rest, 1e-5);
   check(all, motion, 1e-6);
+}
+
+// A picture of a drape from above with its camera.
+TEST_F(ExperimentFileTest, AnOutlineIsReadInMetres) {
+  const auto read = [&](const std::string& mesh, const std::string& scene) {
+    return std::move(
+        ReadExperiments(Write("e.json", R"({"experiments": [{"mesh": ")" + mesh +
+                                            R"(", "scene": )" + scene + R"(, "measurements":
+                                            [{"outline": "drape.png", "camera_file": "camera.json", "sigma": 0.002}]}]})"))
+            .experiments.front());
+  };
+  const std::string support = R"({"gravity": [0, 0, -9.81], "handles": {"region": {"disc":
+                                  {"radius": 0.09}}, "stiffness": 1e4}})";
+  const Mesh mesh = ParseMeshSpec("disc:300");
+  const Camera camera;
+  Write("camera.json", CameraJson(camera).dump());
+  Eigen::VectorXd x = mesh.rest_x;
+  for (int v = 0; v < mesh.num_vertices(); ++v)
+    if (mesh.uv.col(v).norm() > 0.1) x.segment<2>(3 * v) *= 0.9;
+  WritePng(Rasterize(mesh, mesh.rest_x, camera, 4), Path("drape.png"));
+  const Experiment experiment = read("disc:300", support);
+  const ClothModel model = MakeModel(experiment);
+  EXPECT_LT(Misfit(experiment, model, material_, mesh.rest_x).value(), 0.1);
+  EXPECT_NEAR(Misfit(experiment, model, material_, x).value(), 0.015 / 0.002, 0.1);
+  EXPECT_INPUT_ERROR(read("disc:300", kScene), "outline': found \"drape.png\", expected none");
+  EXPECT_INPUT_ERROR(read("disc:300,radius=0.12", support), "measurements[0].outline': ");
 }
 
 TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {

@@ -9,6 +9,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"
+#include "solver/fit/protocol/guided_settle.h"
 #include "solver/fit/rollout_residuals.h"
 #include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
@@ -166,26 +167,40 @@ class GuidedDrapeTest : public testing::Test {
   SettleOptions settle_;
 };
 
-// The hem goes as far as the outline is away, along its normal; the support stays, and between
-// them the cloth goes in proportion.
+// The hem goes as far as the outline is away, along its normal; what is held stays, and between
+// them the displacement is harmonic.
 TEST_F(GuidedDrapeTest, ThePullIsTheDistanceToTheOutline) {
   const ClothModel& model = backend_->model();
   const Eigen::VectorXd flat = model.RestState().x;
   Observation observation = test::MakeObservation(model.mesh, model.RestState(), 360, "flat");
-  const OutlinePull none(model, observation);  // but for the pixels of the image
-  EXPECT_LT(none.Displacement(flat).cwiseAbs().maxCoeff(), 1e-4);
-  constexpr double kFurther = 0.01;  // [m]
+  const auto pull = [&] {
+    return DisplacementTo(model, MakeSights(observation, model, 1.0).front(), flat);
+  };
+  EXPECT_LT(pull().cwiseAbs().maxCoeff(), 1e-4);  // but for the pixels of the image
+  constexpr double kFurther = 0.01;               // [m]
   observation.radius.array() += kFurther * observation.outline_camera().pixels_per_metre();
-  const OutlinePull pull(model, observation);
-  const Eigen::VectorXd displacement = pull.Displacement(flat);
+  const Eigen::VectorXd displacement = pull();
+  const double held = DrapeDiscs().support, hem = 0.15;
   for (int v = 0; v < model.mesh.num_vertices(); ++v) {
     const Eigen::Vector2d p = model.mesh.uv.col(v);
-    const double share =
-        std::max(0.0, (p.norm() - DrapeDiscs().support) / (0.15 - DrapeDiscs().support));
+    const double share = std::max(0.0, std::log(p.norm() / held) / std::log(hem / held));
+    const double tolerance = share > 0.99 || share == 0.0 ? 0.02 : 0.15;  // the rings are coarse
     const Eigen::Vector3d d = displacement.segment<3>(3 * v);
-    EXPECT_NEAR(d.head<2>().dot(p.normalized()), share * kFurther, 0.02 * kFurther) << v;
+    EXPECT_NEAR(d.head<2>().dot(p.normalized()), share * kFurther, tolerance * kFurther) << v;
     EXPECT_NEAR(d.z(), 0.0, 1e-12);
   }
+}
+
+// Markers pull their vertices to where they were seen, but each number at most 5 cm.
+TEST_F(GuidedDrapeTest, ThePullOfMarkersIsTheirDistance) {
+  const ClothModel& model = backend_->model();
+  const Eigen::VectorXd flat = model.RestState().x;
+  Eigen::VectorXd away = Eigen::VectorXd::Random(flat.size()) * 0.03;
+  away[0] = 0.2;
+  const Sight sight{.readouts = {std::make_shared<PositionReadout>(model.mesh)},
+                    .data = flat + away};
+  away[0] = 0.05;
+  EXPECT_LT((DisplacementTo(model, sight, flat) - away).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 // From the start shapes of a fit it finds drapes that are nearer to the image than those that the

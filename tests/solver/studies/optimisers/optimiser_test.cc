@@ -159,7 +159,7 @@ TEST(Optimiser, TheListHasTheMethodsOfTheStudy) {
 TEST(Optimiser, RunsOfOneSeedAreTheSame) {
   for (const char* name : {"cmaes", "bo", "rembo_2", "hesbo_4", "hesbo_4_lm"}) {
     OptimiserOptions options = EnoughEvaluations(name);
-    options.budget = 60.0;
+    options.budget = 30.0;
     std::vector<double> costs;
     for (const int seed : {1, 1, 2}) {
       Valley valley;
@@ -176,13 +176,13 @@ TEST(Optimiser, BudgetsAreKeptExactly) {
   for (const char* name : {"cmaes", "bo", "rembo_4", "hesbo_2", "cmaes_lm", "bo_lm"}) {
     Valley valley;
     OptimiserOptions options = ManyEvaluations();
-    options.budget = 57.0;
+    options.budget = 29.0;
     options.jacobian_cost_units = 0.0;
     const OptimiserRun run = RunOptimiser(name, valley, options);
     EXPECT_EQ(run.spent, run.evaluations) << name;
-    EXPECT_LE(run.spent, 57.0) << name;
+    EXPECT_LE(run.spent, 29.0) << name;
     if (!IsRefined(name)) {
-      EXPECT_EQ(run.spent, 57.0) << name;
+      EXPECT_EQ(run.spent, 29.0) << name;
     }
   }
 }
