@@ -223,6 +223,7 @@ void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density
     input->ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   problem.material = ReadStartTables(spec, data.material, density, &input->notes);
+  input->start_name = data.material;
   if (spec.simpler_models && data.lab_measurements.empty())
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
 }

@@ -24,6 +24,7 @@ struct FitInput {
   FitProblem problem;  // without strips
   DrapeDiscs discs;
   bool density_is_given = false;  // else it is that of the start tables
+  std::string start_name = "of the caller";
   std::unique_ptr<Strips> strips;
   std::unique_ptr<MaterialField> ground_truth;
   std::shared_ptr<const FabricPrior> prior;  // of spec.prior, where it is given

@@ -327,6 +327,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
+  report.start_name = input.start_name;
   report.ground_truth = input.ground_truth.get();
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
