@@ -11,7 +11,8 @@
 namespace drape {
 
 // What must be equal for a checkpoint to be continued: all that determines the fit of one table,
-// which is the same for all models.
+// which is the same for all models. Throws InputError for experiments in memory: a readout has no
+// content to know it by.
 std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input);
 
 // A staged or nested fit on disk. `key` says what is fitted and how (CheckpointKey). A file with

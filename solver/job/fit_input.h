@@ -32,8 +32,9 @@ struct FitInput {
   std::vector<ReadRecord::File> files;  // that were read
 };
 
-// The input of a fit in memory. Throws InputError for a combination that cannot be fitted.
+// The inputs of fits in memory. Throws InputError for a combination that cannot be fitted.
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);
+FitInput MakeFitInput(const FitSpec& spec, ExperimentFile experiments);
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
 
