@@ -19,7 +19,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
 // the right checksum and key is trusted.
 inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 6};
 
-// Writes atomically, exact to the last bit. Throws InputError when it cannot.
+// Writes atomically, exact to the last bit. Throws IoError when it cannot.
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);
 
 // The state that was saved. Nothing when there is no such file. Throws InputError for a file that
