@@ -13,8 +13,14 @@ namespace drape {
 
 namespace {
 
-DrapeFit FitInMemory(const FitSpec& spec, FitInput input, const RunControl& control) {
+DrapeFit FitInMemory(const FitSpec& spec, const FitData& data, FitInput input,
+                     const RunControl& control, const std::string& folder) {
+  FitFiles files;
+  files.out = folder;
+  if (!folder.empty()) CheckTargets(spec, input.problem, files);
   StoredFit stored = FitFromInput(spec, input, {}, control);
+  if (!folder.empty())
+    WriteFitReport(spec, data, files, input.problem, stored.state, stored.report);
   const auto report = std::make_shared<const FitReport>(std::move(stored.report));
   DrapeFit fit{.material = report->material,
                .sheet = report->fabric_sheet.value_or(LaboratorySheet()),
@@ -31,12 +37,19 @@ DrapeFit FitInMemory(const FitSpec& spec, FitInput input, const RunControl& cont
 
 }  // namespace
 
-DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control) {
-  return FitInMemory(spec, MakeFitInput(spec, std::move(fabric)), control);
+DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control,
+                   const std::string& folder) {
+  return FitInMemory(spec, {}, MakeFitInput(spec, std::move(fabric)), control, folder);
 }
 
-DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control) {
-  return FitInMemory(spec, ReadFitInput(spec, data), control);
+DrapeFit FitDrapes(const FitSpec& spec, ExperimentFile experiments, const RunControl& control,
+                   const std::string& folder) {
+  return FitInMemory(spec, {}, MakeFitInput(spec, std::move(experiments)), control, folder);
+}
+
+DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control,
+                   const std::string& folder) {
+  return FitInMemory(spec, data, ReadFitInput(spec, data), control, folder);
 }
 
 double PosteriorQuantity::Quantile(double share) const {

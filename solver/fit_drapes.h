@@ -9,6 +9,7 @@
 
 #include "losses/metrics/laboratory_drape.h"
 #include "physics/cloth/cloth_model.h"
+#include "physics/mesh/mesh_spec.h"  // for experiments
 #include "physics/util/run_control.h"
 #include "solver/fit/observation.h"
 #include "solver/job/fit_data.h"
@@ -39,12 +40,25 @@ struct DrapeFit {
 // the backend. Its defaults are the defaults of drape_fit. fitted() is false where no drape could
 // be fitted. Throws InputError for a mesh, a table or an option that contradicts the drapes, such
 // as outlines of other than spec.observation.angles angles.
-DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control = {});
+//
+// folder: an existing one that takes the results of drape_fit too, such as summary.json, as
+// drape_report, drape_predict and drape_export read them; empty: none. Throws IoError where it
+// cannot.
+DrapeFit FitDrapes(const FitSpec& spec, ObservedFabric fabric, const RunControl& control = {},
+                   const std::string& folder = "");
+
+// Fits experiments with readouts of any kind, for one your own: starts, branches, posterior and
+// verdict are those of experiments from files. A stopped fit cannot be continued, since a readout
+// has no content by which stored work could know it. Throws InputError that names the experiment
+// and its measurement.
+DrapeFit FitDrapes(const FitSpec& spec, ExperimentFile experiments, const RunControl& control = {},
+                   const std::string& folder = "");
 
 // Fits what `data` names in files, an experiment too: drape_fit without its files of results.
 // `drapes` are then the first cloth at rest alone; FitReport::measurements says how far each
 // measurement is off. Throws InputError for a file, a name or a combination that cannot be fitted.
-DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control = {});
+DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control = {},
+                   const std::string& folder = "");
 
 // A quantity of a fabric in a posterior: a row of DrapeFit::sheet. Its interval contains the error
 // of the model too, which the samples do not.

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "losses/camera/view.h"
@@ -41,20 +42,20 @@ std::string ResolvePath(const JsonInput& input, const std::string& folder) {
   return path.is_absolute() || folder.empty() ? path.string() : (fs::path(folder) / path).string();
 }
 
-// What `read` makes; an error of another file also names the key that led to it.
+// What `read` makes; an error of another file also says what led to it.
 template <class Read>
-auto NamingKey(const JsonInput& key, const Read& read) {
+auto NamingKey(const std::string& key, const Read& read) {
   try {
     return read();
   } catch (const InputError& error) {
-    throw InputError(key.Name(), error.what());
+    throw InputError(key, error.what());
   }
 }
 
 // What `read` makes of the file that a key names.
 template <class Read>
 auto ReadNamed(const JsonInput& key, const std::string& folder, const Read& read) {
-  return NamingKey(key, [&] { return read(ResolvePath(key, folder)); });
+  return NamingKey(key.Name(), [&] { return read(ResolvePath(key, folder)); });
 }
 
 std::shared_ptr<ceres::LossFunction> ReadLoss(const JsonInput& input) {
@@ -86,8 +87,8 @@ std::vector<std::string> WithCommonKeys(std::vector<std::string> keys) {
 Measurement MakeMarkerMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"markers"}));
   const std::string path = ResolvePath(input.At("markers"), folder);
-  const auto markers = std::make_shared<const MeasuredMarkers>(
-      NamingKey(input.At("markers"), [&] { return ReadMarkers(path); }));
+  const auto markers =
+      std::make_shared<const MeasuredMarkers>(ReadNamed(input.At("markers"), folder, ReadMarkers));
   return {
       .name = "markers of " + path,
       .readout =
@@ -103,7 +104,7 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
   const std::string path = ResolvePath(input.At("shape"), folder);
   Measurement measurement{.name = "shape of " + path,
                           .readout = {},
-                          .data = NamingKey(input.At("shape"), [&] { return ReadVertices(path); })};
+                          .data = ReadNamed(input.At("shape"), folder, ReadVertices)};
   if (measurement.data.size() != mesh.rest_x.size())
     input.At("shape").Fail(Format("a file of the mesh's %d vertices, not of %d",
                                   mesh.num_vertices(), int(measurement.data.size() / 3)));
@@ -118,8 +119,7 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
 std::vector<Measurement> MakePointMeasurements(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"points", "spacing", "max_distance"}));
   const std::string path = ResolvePath(input.At("points"), folder);
-  const Eigen::VectorXd points =
-      NamingKey(input.At("points"), [&] { return ReadPointCloud(path); });
+  const Eigen::VectorXd points = ReadNamed(input.At("points"), folder, ReadPointCloud);
   std::vector<Measurement> measurements = {
       {.name = "points of " + path, .readout = [=](const ClothModel& model) {
          return std::make_shared<PointCloudReadout>(model.mesh, points);
@@ -147,7 +147,8 @@ Measurement MakeDepthMeasurement(const JsonInput& input, const std::string& fold
   input.ExpectKeys(WithCommonKeys({"depth", "metres_per_count", "background", "view"}));
   const std::string path = ResolvePath(input.At("depth"), folder);
   const double scale = input.At("metres_per_count").NumberWithin(1e-9, 1.0);
-  const DepthMap map = NamingKey(input.At("depth"), [&] { return ReadDepthMap(path, scale); });
+  const DepthMap map =
+      NamingKey(input.At("depth").Name(), [&] { return ReadDepthMap(path, scale); });
   const View view = ReadView(input.At("view"), folder);
   RequireSize(input.At("depth"), map.width, map.height, view.camera);
   const double background = input.At("background").NumberWithin(0.0, kMostLength);
@@ -180,7 +181,7 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
   const std::string path = ResolvePath(input.At("silhouette"), folder);
   const GrayImage image =
-      NamingKey(input.At("silhouette"), [&] { return ReadSilhouette(path).image; });
+      NamingKey(input.At("silhouette").Name(), [&] { return ReadSilhouette(path).image; });
   const View view = ReadView(input.At("view"), folder);
   RequireSize(input.At("silhouette"), image.width, image.height, view.camera);
   SoftSilhouetteOptions soft;
@@ -210,7 +211,7 @@ Measurement MakeOutlineMeasurement(const JsonInput& input, const std::string& fo
                          .support = *support};
   CameraInput camera;
   if (input.Has("camera_file")) camera.file = ResolvePath(input.At("camera_file"), folder);
-  const MeasuredImage seen = NamingKey(picture, [&] {
+  const MeasuredImage seen = NamingKey(picture.Name(), [&] {
     return MeasureImage(ReadSilhouette(path), camera, CentreMode::kOutline, discs, path);
   });
   Outline outline;
@@ -322,37 +323,21 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
     input.Fail(
         "one of markers, shape, points, depth, silhouette, outline, angle, force and frequencies");
   for (Measurement& each : read) {
-    each.sigma *= input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
+    each.sigma *= input.At("sigma").Number();
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
-    // Builds it, since a place off the cloth is an error of the file.
-    const int count = NamingKey(input, [&] { return each.readout(model)->size(); });
-    if (count > kMostNumbers)
-      throw InputError(input.Name(), Format("found %d numbers, expected at most %d: thin them out",
-                                            count, kMostNumbers));
+    if (input.Has("step")) each.step = input.At("step").Integer();
   }
   return read;
-}
-
-// A name that files can have.
-std::string ReadName(const JsonInput& input) {
-  constexpr std::size_t kLongest = 64;
-  std::string name = input.String();
-  const bool is_plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-';
-  });
-  if (name.empty() || name.size() > kLongest || !is_plain)
-    input.Fail("1 to 64 letters, digits, - and _");
-  return name;
 }
 
 void ReadMotion(const JsonInput& input, Experiment& experiment) {
   input.ExpectKeys(
       {"steps", "time_step", "velocity", "mass_damping", "stiffness_damping", "air_drag", "wind"});
-  experiment.motion = RolloutOptions{.h = input.At("time_step").NumberWithin(1e-6, 10.0),
-                                     .steps = input.At("steps").IntegerWithin(1, 100000)};
+  experiment.motion =
+      RolloutOptions{.h = input.At("time_step").Number(), .steps = input.At("steps").Integer()};
   Dynamics& dynamics = experiment.dynamics;
   const auto read = [&](const char* key, double* value) {
-    if (input.Has(key)) *value = input.At(key).NumberWithin(0.0, 1e3);
+    if (input.Has(key)) *value = input.At(key).Number();
   };
   read("mass_damping", &dynamics.mass_damping);
   read("stiffness_damping", &dynamics.stiffness_damping);
@@ -366,22 +351,10 @@ void ReadMotion(const JsonInput& input, Experiment& experiment) {
         input.At("velocity").Vector(3).replicate(experiment.mesh.num_vertices(), 1);
 }
 
-// The time step after which a measurement was made.
-int ReadStep(const JsonInput& input, const Experiment& experiment) {
-  if (experiment.motion) return input.At("step").IntegerWithin(0, experiment.motion->steps);
-  if (input.Has("step")) input.At("step").Fail("none: the cloth has no motion");
-  return 0;
-}
-
-void SortFrames(std::vector<int>& frames) {
-  std::sort(frames.begin(), frames.end());
-  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
-}
-
 Mesh ReadMesh(const JsonInput& input, const std::string& folder) {
   const std::string mesh = input.String();
   const bool is_file = mesh.find(':') == std::string::npos;
-  return NamingKey(input,
+  return NamingKey(input.Name(),
                    [&] { return ParseMeshSpec(is_file ? ResolvePath(input, folder) : mesh); });
 }
 
@@ -395,8 +368,82 @@ Eigen::Vector3d BeginVelocity(const Experiment& experiment) {
   return experiment.velocity.head<3>();
 }
 
-// Throws InputError where no motion shows a number that is fitted.
-void RequireSeen(const ExperimentFile& file, FreeNumber number, const JsonInput& name) {
+void Require(bool holds, const std::string& where, const std::string& found,
+             const std::string& expected) {
+  if (!holds) throw InputError(where, "found " + found + ", expected " + expected);
+}
+
+void RequireWithin(double value, double least, double most, const std::string& where,
+                   const char* key) {
+  Require(value >= least && value <= most, where, Format("%s %.9g", key, value),
+          Format("%.9g … %.9g", least, most));
+}
+
+// A name that files can have.
+bool IsPlainName(const std::string& name) {
+  constexpr std::size_t kLongest = 64;
+  return !name.empty() && name.size() <= kLongest && std::ranges::all_of(name, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-';
+  });
+}
+
+void CheckMeasurement(const Measurement& measurement, const Experiment& experiment,
+                      const ClothModel& model, const std::string& where) {
+  Require(measurement.readout != nullptr, where, "no readout", "one");
+  // Builds it, since a place off the cloth is an error of the input.
+  const auto readout = NamingKey(where, [&] { return measurement.readout(model); });
+  const int size = readout->size(), given = static_cast<int>(measurement.data.size());
+  Require(size <= kMostNumbers, where, Format("%d numbers", size),
+          Format("at most %d: thin them out", kMostNumbers));
+  Require(given == 0 || (given == size && measurement.data.allFinite()), where,
+          Format("data of %d numbers", given), Format("%d that are finite", size));
+  RequireWithin(measurement.sigma, kLeastSigma, kMostSigma, where, "sigma");
+  const int last = experiment.motion ? experiment.motion->steps : 0;
+  RequireWithin(measurement.step, 0, last, where, "step");
+  Require(!experiment.motion || !readout->reads_material(), where, "a motion", "a cloth at rest");
+}
+
+ClothModel MakeModel(const Experiment& experiment) {
+  return {experiment.mesh, experiment.scene, MakeLaw("smooth")};
+}
+
+// Checks an experiment and lists the frames that are seen.
+void Complete(Experiment& experiment, const std::string& where) {
+  Require(IsPlainName(experiment.name), where, "name '" + MakePrintableLine(experiment.name) + "'",
+          "1 to 64 letters, digits, - and _");
+  const int dofs = static_cast<int>(experiment.mesh.rest_x.size());
+  Require(dofs > 0, where, "no mesh", "one");
+  for (const Eigen::VectorXd* each : {&experiment.start, &experiment.velocity})
+    Require(each->size() == 0 || (each->size() == dofs && each->allFinite()), where,
+            Format("a start or velocity of %d numbers", static_cast<int>(each->size())),
+            Format("%d that are finite", dofs));
+  RequireWithin(experiment.random_starts, 0, 100, where, "random_starts");
+  if (experiment.motion) {
+    RequireWithin(experiment.motion->h, 1e-6, 10.0, where, "time_step");
+    RequireWithin(experiment.motion->steps, 1, 100000, where, "steps");
+    RequireWithin(experiment.dynamics.mass_damping, 0.0, 1e3, where, "mass_damping");
+    RequireWithin(experiment.dynamics.stiffness_damping, 0.0, 1e3, where, "stiffness_damping");
+    RequireWithin(experiment.dynamics.air_drag, 0.0, 1e3, where, "air_drag");
+  }
+  experiment.in_newtons |= experiment.scene.load.has_value();
+  Require(!experiment.measurements.empty(), where, "none", "at least one measurement");
+  const ClothModel model = NamingKey(where, [&] { return MakeModel(experiment); });
+  std::set<int> frames;
+  for (const Measurement& each : experiment.measurements) {
+    CheckMeasurement(each, experiment, model, where + ": " + each.name);
+    frames.insert(each.step);
+  }
+  if (experiment.motion) experiment.motion->frames.assign(frames.begin(), frames.end());
+}
+
+// Throws InputError where no motion shows fitted number i.
+void RequireSeen(const ExperimentFile& file, std::size_t i, const std::string& where) {
+  const FreeNumber number = file.fitted[i];
+  const auto require = [&](bool holds, const char* expected) {
+    Require(holds, where, std::string("\"") + ToString(number) + "\"", expected);
+  };
+  require(std::ranges::count(std::span(file.fitted).first(i), number) == 0, "each number once");
+  if (number == FreeNumber::kDensity) return;
   const Experiment* first = nullptr;
   for (const Experiment& each : file.experiments) {
     if (!each.motion) continue;
@@ -404,21 +451,20 @@ void RequireSeen(const ExperimentFile& file, FreeNumber number, const JsonInput&
     MaterialField start;
     start.dynamics = each.dynamics;
     const std::span<double> values = FindNumbers(number, start);
-    if (!IsVector(number) && !(values[0] > 0.0))
-      name.Fail("motions with a start value of it, more than 0");
-    if (number == FreeNumber::kWind && !(each.dynamics.air_drag > 0.0))
-      name.Fail("motions with an air_drag, since wind acts by it alone");
+    require(IsVector(number) || values[0] > 0.0, "motions with a start value of it, more than 0");
+    require(number != FreeNumber::kWind || each.dynamics.air_drag > 0.0,
+            "motions with an air_drag, since wind acts by it alone");
     const Vec3<double> d = each.dynamics.wind - first->dynamics.wind;
-    if (IsVector(number) && (Dot(d, d) > 0.0 || BeginVelocity(each) != BeginVelocity(*first)))
-      name.Fail("motions that begin with one wind and one velocity");
+    require(!IsVector(number) || (Dot(d, d) == 0.0 && BeginVelocity(each) == BeginVelocity(*first)),
+            "motions that begin with one wind and one velocity");
   }
-  if (first == nullptr) name.Fail("none without a motion");
+  require(first != nullptr, "none without a motion");
 }
 
 Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "motion", "measurements"});
   Experiment experiment;
-  if (input.Has("name")) experiment.name = ReadName(input.At("name"));
+  if (input.Has("name")) experiment.name = input.At("name").String();
   experiment.mesh = ReadMesh(input.At("mesh"), folder);
   const JsonInput scene = input.At("scene");
   experiment.scene = ReadSceneOrFile(scene, folder);
@@ -427,29 +473,19 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
       return ReadStart(path, experiment.mesh, SupportRadius(experiment.scene).value_or(0.0)).x;
     });
   if (SupportRadius(experiment.scene)) experiment.random_starts = kStartsOverSupport;
-  if (input.Has("random_starts"))
-    experiment.random_starts = input.At("random_starts").IntegerWithin(0, 100);
+  if (input.Has("random_starts")) experiment.random_starts = input.At("random_starts").Integer();
   if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);
-  experiment.in_newtons = experiment.scene.load.has_value();
-  const JsonInput measurements = input.At("measurements");
-  if (measurements.ExpectArray().Size() == 0) measurements.Fail("at least one measurement");
-  const ClothModel model = NamingKey(
-      scene, [&] { return ClothModel(experiment.mesh, experiment.scene, MakeLaw("smooth")); });
+  const JsonInput measurements = input.At("measurements").ExpectArray();
+  const ClothModel model = NamingKey(scene.Name(), [&] { return MakeModel(experiment); });
   for (int i = 0; i < measurements.Size(); ++i)
     for (Measurement& each : ReadMeasurement(measurements.At(i), folder, model)) {
       const bool is_shape = measurements.At(i).Has("shape");
-      if (experiment.motion && measurements.At(i).Has("frequencies"))
-        measurements.At(i).At("frequencies").Fail("a cloth at rest");
+      if (experiment.motion) measurements.At(i).At("step");
       experiment.in_newtons |= measurements.At(i).Has("force");
       if (is_shape && !experiment.motion && experiment.start.size() == 0)
         experiment.start = each.data;
-      each.step = ReadStep(measurements.At(i), experiment);
       experiment.measurements.push_back(std::move(each));
     }
-  if (experiment.motion)
-    for (const Measurement& each : experiment.measurements)
-      experiment.motion->frames.push_back(each.step);
-  if (experiment.motion) SortFrames(experiment.motion->frames);
   return experiment;
 }
 
@@ -561,6 +597,21 @@ int CountResiduals(const Experiment& experiment, const ClothModel& model) {
   return static_cast<int>(count);
 }
 
+void CompleteExperiments(ExperimentFile& file, const std::string& where) {
+  if (file.density != 0.0) {
+    RequireWithin(file.density, 1e-4, 10.0, where, "density");
+    CheckUsual(where + ": key 'density'", file.density, "kg/m2", 0.01, 1.5);
+  }
+  Require(!file.experiments.empty(), where, "none", "at least one experiment");
+  for (std::size_t i = 0; i < file.experiments.size(); ++i) {
+    Experiment& each = file.experiments[i];
+    if (each.name.empty()) each.name = "experiment_" + std::to_string(i + 1);
+    Complete(each, Format("%s: key 'experiments[%zu]'", where.c_str(), i));
+  }
+  for (std::size_t i = 0; i < file.fitted.size(); ++i)
+    RequireSeen(file, i, Format("%s: key 'fit[%zu]'", where.c_str(), i));
+}
+
 ExperimentFile ReadExperiments(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
@@ -568,29 +619,18 @@ ExperimentFile ReadExperiments(const std::string& path) {
   const std::string folder = fs::path(path).parent_path().string();
   ExperimentFile file;
   if (input.Has("material")) file.material = ResolvePath(input.At("material"), folder);
-  if (input.Has("density")) {
-    file.density = input.At("density").NumberWithin(1e-4, 10.0);
-    CheckUsual(input.At("density").Name(), file.density, "kg/m2", 0.01, 1.5);
-  }
+  if (input.Has("density")) file.density = input.At("density").Number();
   if (input.Has("lab_tests"))
     for (int i = 0; i < input.At("lab_tests").ExpectArray().Size(); ++i)
       file.lab_measurements.push_back(ResolvePath(input.At("lab_tests").At(i), folder));
   for (int i = 0; input.Has("fit") && i < input.At("fit").ExpectArray().Size(); ++i) {
     const JsonInput name = input.At("fit").At(i);
-    const auto number = ParseName<FreeNumber>(name.String(), name.Name());
-    if (std::ranges::count(file.fitted, number) > 0) name.Fail("each number once");
-    file.fitted.push_back(number);
+    file.fitted.push_back(ParseName<FreeNumber>(name.String(), name.Name()));
   }
   const JsonInput experiments = input.At("experiments");
-  if (experiments.ExpectArray().Size() == 0) experiments.Fail("at least one experiment");
-  for (int i = 0; i < experiments.Size(); ++i) {
+  for (int i = 0; i < experiments.ExpectArray().Size(); ++i)
     file.experiments.push_back(ReadExperiment(experiments.At(i), folder));
-    if (file.experiments.back().name.empty())
-      file.experiments.back().name = "experiment_" + std::to_string(i + 1);
-  }
-  for (std::size_t i = 0; i < file.fitted.size(); ++i)
-    if (file.fitted[i] != FreeNumber::kDensity)
-      RequireSeen(file, file.fitted[i], input.At("fit").At(static_cast<int>(i)));
+  CompleteExperiments(file, path);
   return file;
 }
 

@@ -97,7 +97,7 @@ double EnlargeSigma(double misfit, int count);
 // N of all its measurements.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
 
-// A file of experiments with one fabric.
+// Experiments with one fabric, from a file or made in memory.
 struct ExperimentFile {
   std::string material;                            // start tables (ReadMaterial); empty: not given
   double density = 0.0;                            // [kg/m²]; 0: that of `material`
@@ -105,8 +105,12 @@ struct ExperimentFile {
   std::vector<std::string> lab_measurements = {};  // files (ReadLabMeasurements)
   std::vector<FreeNumber> fitted = {};             // beside the tables
 };
-// Paths are relative to the folder of the file. Throws InputError (file, key, value, what was
-// expected):
+// Checks experiments and completes them: names where there are none, the frames that are seen, and
+// in_newtons under a load. Readouts are built once. Throws InputError that begins with `where`, the
+// file or what else a user knows them by.
+void CompleteExperiments(ExperimentFile& file, const std::string& where);
+// Reads and completes them. Paths are relative to the folder of the file. Throws InputError (file,
+// key, value, what was expected):
 //   {"material": "fabric.json", "density": 0.12, "lab_tests": ["warp.json"],
 //    "fit": ["density", "air_drag", …] (FreeNumber, with its tables),
 //    "experiments": [{"name": "square", "mesh": "strip:0.3x0.3x20" (ParseMeshSpec),

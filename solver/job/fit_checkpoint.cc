@@ -160,6 +160,10 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   const auto& [images, captures, source, specimens, lab_measurements, experiment, material, density,
                ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
+  if (experiment.empty() && (FindExperiment(problem) != nullptr || !problem.further.empty()))
+    throw InputError("checkpoint",
+                     "found experiments in memory, expected some of a file, whose content is the "
+                     "key of what is stored");
   for (const ReadRecord::File& file : input.files) key["read_files"].push_back(file.sha256);
   key["discs"] = {input.discs.specimen, input.discs.support};
   key["density"] = problem.material.density;

@@ -223,6 +223,7 @@ void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density
     input->ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
   problem.material = ReadStartTables(spec, data.material, density, &input->notes);
+  input->start_name = data.material;
   if (spec.simpler_models && data.lab_measurements.empty())
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
 }
@@ -462,26 +463,29 @@ void RequireModel(const FitSpec& spec, const FitInput& input, const std::string&
       fail("frequencies, whose derivatives are by one table, expected none");
 }
 
-FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
-  CheckExperiment(spec, given);
-  const ReadRecord record;
-  ExperimentFile file = ReadExperiments(given.experiment);
-  FitData data = given;
+// Fits experiments that are complete. where: their file, or what else a user knows them by.
+FitInput MakeExperimentInput(const FitSpec& spec, FitData data, ExperimentFile file,
+                             const std::string& where) {
+  CheckExperiment(spec, data);
   if (!file.material.empty()) data.material = file.material;
   if (file.density > 0.0) data.density = file.density;
   data.lab_measurements = file.lab_measurements;
   FitInput input;
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(file.lab_measurements);
+  for (const Experiment& each : file.experiments)
+    for (const Measurement& measurement : each.measurements)
+      for (const std::string& note : measurement.quality.notes)
+        input.notes.push_back(measurement.name + ": " + note);
   const double density = FindDensity(data, measurements, &input.notes);
   const bool fits_density = std::ranges::count(file.fitted, FreeNumber::kDensity) > 0;
-  if (fits_density) RequireNewtons(file, measurements, given.experiment);
+  if (fits_density) RequireNewtons(file, measurements, where);
   input.density_is_given = density > 0.0 || fits_density;
   const auto at_rest =
       std::find_if(file.experiments.begin(), file.experiments.end(),
                    [&](const Experiment& each) { return !each.motion && !fits_density; });
   if (at_rest != file.experiments.end()) {
-    input.problem.observations = {MakeExperimentObservation(std::move(*at_rest), given.experiment)};
+    input.problem.observations = {MakeExperimentObservation(std::move(*at_rest), where)};
     file.experiments.erase(at_rest);
   }
   input.problem.mirrors = false;
@@ -498,17 +502,28 @@ FitInput ReadExperimentInput(const FitSpec& spec, const FitData& given) {
   for (const Experiment& each : file.experiments)
     if (each.motion && !input.problem.material.dynamics.Acts())
       input.problem.material.dynamics = each.dynamics;
-  SettleFurther(spec, std::move(file.experiments), given.experiment, input.problem);
-  RequireModel(spec, input, given.experiment);
+  SettleFurther(spec, std::move(file.experiments), where, input.problem);
+  RequireModel(spec, input, where);
   input.prior = ReadPrior(spec, input.problem.material.density);
-  input.files = record.files();
   return input;
 }
 
 }  // namespace
 
+FitInput MakeFitInput(const FitSpec& spec, ExperimentFile experiments) {
+  const std::string where = "experiments in memory";
+  CompleteExperiments(experiments, where);
+  return MakeExperimentInput(spec, {}, std::move(experiments), where);
+}
+
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
-  if (!data.experiment.empty()) return ReadExperimentInput(spec, data);
+  const ReadRecord record;
+  if (!data.experiment.empty()) {
+    FitInput input =
+        MakeExperimentInput(spec, data, ReadExperiments(data.experiment), data.experiment);
+    input.files = record.files();
+    return input;
+  }
   if (data.num_observations() == 0 && data.lab_measurements.empty())
     throw InputError(
         "images",
@@ -517,7 +532,6 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
     throw InputError("images", "found some beside captures of a data set, expected one of both");
   CheckModel(spec, data);
   CheckCamera(spec.observation.camera, data);
-  const ReadRecord record;
   FitInput input;
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(data.lab_measurements);

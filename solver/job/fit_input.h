@@ -24,6 +24,7 @@ struct FitInput {
   FitProblem problem;  // without strips
   DrapeDiscs discs;
   bool density_is_given = false;  // else it is that of the start tables
+  std::string start_name = "of the caller";
   std::unique_ptr<Strips> strips;
   std::unique_ptr<MaterialField> ground_truth;
   std::shared_ptr<const FabricPrior> prior;  // of spec.prior, where it is given
@@ -31,8 +32,9 @@ struct FitInput {
   std::vector<ReadRecord::File> files;  // that were read
 };
 
-// The input of a fit in memory. Throws InputError for a combination that cannot be fitted.
+// The inputs of fits in memory. Throws InputError for a combination that cannot be fitted.
 FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric);
+FitInput MakeFitInput(const FitSpec& spec, ExperimentFile experiments);
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
 

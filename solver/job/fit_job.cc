@@ -327,6 +327,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
+  report.start_name = input.start_name;
   report.ground_truth = input.ground_truth.get();
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
@@ -424,14 +425,6 @@ std::string ResumeNote(FitModel model, const FitProblem& problem,
   return note.str();
 }
 
-// A file that cannot be replaced is found before any is.
-void CheckTargets(const FitSpec& spec, const FitProblem& problem, const FitFiles& files) {
-  const std::string folder = files.target.empty() ? files.out : files.target;
-  for (const std::string& name : ListResultFiles(spec, problem))
-    CheckReplaceable(folder + "/" + name);
-  CheckReplaceable(files.checkpoint);
-}
-
 // Appends a line. A fit is valid even if its log cannot be written, for example on a full disk.
 void LogLine(AppendFile& log, const std::string& line) { (void)log.TryAppend(line + "\n"); }
 
@@ -501,6 +494,13 @@ StoredFit FitFromInput(const FitSpec& spec, FitInput& input, const FitStore& sto
   report.cancelled = control.cancelled();
   report.verdict = JudgeFit(problem, report);
   return fit;
+}
+
+void CheckTargets(const FitSpec& spec, const FitProblem& problem, const FitFiles& files) {
+  const std::string folder = files.target.empty() ? files.out : files.target;
+  for (const std::string& name : ListResultFiles(spec, problem))
+    CheckReplaceable(folder + "/" + name);
+  if (!files.checkpoint.empty()) CheckReplaceable(files.checkpoint);
 }
 
 const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitState& state) {

@@ -39,6 +39,9 @@ const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report, const 
 // The cloth of the mesh on which a fit ended.
 const FitInput::Cloth& FindFittedCloth(const FitInput& input, const StagedFitState& state);
 
+// Throws where a result cannot be written (CheckReplaceable), before any is.
+void CheckTargets(const FitSpec& spec, const FitProblem& problem, const FitFiles& files);
+
 // A fit from files to files: what drape_fit does.
 
 struct FitJobResult {

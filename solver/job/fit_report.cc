@@ -216,10 +216,11 @@ ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const St
   return json;
 }
 
-ordered_json GuessJson(const FitData& data, const FitProblem& problem, const InitialGuess& guess) {
+ordered_json GuessJson(const FitReport& report, const FitProblem& problem,
+                       const InitialGuess& guess) {
   if (problem.is_pooled)
     return {{"pooled_drape", guess.table + 1}, {"of", problem.other_materials.size() + 1}};
-  return {{"material", data.material},
+  return {{"material", report.start_name},
           {"stretch", guess.stretch},
           {"bend", guess.bend},
           {"lifts", guess.lifts},
@@ -355,7 +356,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   if (!problem.simpler_models.empty())
     json["simpler_models"] = SimplerModelsJson(problem, state, *best);
   json["meshes"] = MeshesJson(spec, problem, state, report);
-  json["initial_guess"] = GuessJson(data, problem, best->guess);
+  json["initial_guess"] = GuessJson(report, problem, best->guess);
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
@@ -544,7 +545,7 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     WriteDrape(files.out, *mesh, problem.observations[i], report.drapes[i]);
   const std::string source =
-      std::string(", ") + ToString(spec.law) + " law, start " + data.material;
+      std::string(", ") + ToString(spec.law) + " law, start " + report.start_name;
   const auto write_table = [&](const std::string& name, const MaterialField& table) {
     WriteMaterial(files.out + "/" + name, {.name = "fit",
                                            .field = table,

@@ -97,6 +97,7 @@ struct FitReport {
   // kBdp the posterior's median.
   MaterialField material;
   std::optional<MaterialField> start;     // the start tables of its one table
+  std::string start_name;                 // FitInput
   std::optional<FieldFit> fields;         // kHeterogeneous
   std::optional<PosteriorFit> posterior;  // kBayes, kBdp
   Spectrum spectrum;                      // empty when the drapes are not stable

@@ -155,6 +155,28 @@ TEST_F(ExperimentFileTest, WhatIsFittedHasToBeSeen) {
                      "expected a cloth at rest");
 }
 
+// Names and frames follow from what is given.
+TEST_F(ExperimentFileTest, ExperimentsInMemoryAreCompleted) {
+  Write("m.csv", "vertex,x_m,y_m,z_m\n4,0.05,0,0\n");
+  ExperimentFile file{.material = "", .experiments = {Read(R"({"markers": "m.csv", "sigma": 1})")}};
+  Experiment& experiment = file.experiments[0];
+  experiment.name.clear();
+  experiment.motion = RolloutOptions{.h = 0.01, .steps = 5};
+  experiment.measurements.resize(3, experiment.measurements[0]);
+  experiment.measurements[0].step = 4;
+  experiment.scene.load = EdgeLoad{HalfPlaneRegion{}, Eigen::Vector3d::UnitX()};
+  CompleteExperiments(file, "memory");
+  EXPECT_EQ(experiment.name, "experiment_1");
+  EXPECT_EQ(experiment.motion->frames, (std::vector{0, 4}));
+  EXPECT_TRUE(experiment.in_newtons);
+  EXPECT_EQ(MakeSights(experiment, MakeModel(experiment))[0].frame, 1);
+  experiment.measurements[0].step = 6;
+  EXPECT_INPUT_ERROR(CompleteExperiments(file, "memory"), "m.csv: found step 6, expected 0 … 5");
+  experiment.motion->h = 0.0;
+  EXPECT_INPUT_ERROR(CompleteExperiments(file, "memory"),
+                     "memory: key 'experiments[0]': found time_step 0, expected 1e-06 … 10");
+}
+
 // All derivatives of one cloth whose density is free, at rest and in motion, by differences.
 TEST(FreeNumbers, ResidualsHaveTheirDerivatives) {
   const auto model = std::make_shared<const ClothModel>(
@@ -241,7 +263,7 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   const std::string good = R"("markers": "good.csv")";
   EXPECT_INPUT_ERROR(Read(R"({"markers": "m.csv", "sigma": 0.01})"), "m.csv");
   EXPECT_INPUT_ERROR(Read("{" + good + "}"), "sigma");
-  EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 0})"), "measurements[0].sigma");
+  EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 0})"), "good.csv: found sigma 0, expected");
   EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 1, "loss": {"l1": 2}})"), "loss");
   EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 1, "loss": {}})"), "huber, cauchy and tukey");
   EXPECT_INPUT_ERROR(Read(R"({"marker": "good.csv", "sigma": 1})"), "one of markers");
@@ -267,8 +289,10 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   EXPECT_INPUT_ERROR(Read(R"({"points": "many.csv", "sigma": 1})"), "at most 262144");
   EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": []})")),
                      "at least one experiment");
-  EXPECT_INPUT_ERROR(ReadExperiments(Write("e.json", R"({"experiments": [{"name": "../x"}]})")),
-                     "name");
+  EXPECT_INPUT_ERROR(
+      ReadExperiments(Write("e.json", R"({"experiments": [{"name": "../x", "mesh": "disc:100",
+                                          "scene": {}, "measurements": []}]})")),
+      "e.json: key 'experiments[0]': found name '../x'");
   EXPECT_INPUT_ERROR(
       ReadExperiments(Write("e.json", R"({"experiments": [{"mesh": "strip:0.2.x005x4"}]})")),
       "e.json: key 'experiments[0].mesh': strip:0.2.x005x4");

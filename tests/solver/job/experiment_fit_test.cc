@@ -8,10 +8,14 @@
 #include <random>
 #include <span>
 
+#include "losses/readout/observation_files.h"
 #include "losses/readout/place_readouts.h"
 #include "losses/readout/scene_readouts.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/math/random.h"
+#include "solver/fit_drapes.h"
+#include "solver/job/fit_checkpoint.h"
+#include "tests/physics/file_fixture.h"
 #include "tests/solver/job/fit_job_fixture.h"
 
 namespace drape::test {
@@ -96,6 +100,85 @@ TEST_F(ExperimentFitTest, TwoExperimentsAreOneFit) {
   ASSERT_EQ(measurements.size(), 2u);
   EXPECT_EQ(measurements[1]["experiment"], "strip");
   EXPECT_EQ(measurements[1]["numbers"], 1);
+}
+
+// The shipped experiment, made in memory too.
+class ExperimentInMemoryTest : public FitJobTest {
+ protected:
+  static constexpr const char* kFile = DRAPE_SOURCE_DIR "/configs/experiments/square.json";
+
+  ExperimentInMemoryTest() {
+    data_ = {};
+    data_.experiment = kFile;
+    spec_.stages.parameters = ParameterTying::kScales;
+    spec_.stages.grid.bend = {1.0};
+    spec_.stages.iterations = {4};
+  }
+  static ExperimentFile Square() {
+    const std::string folder = DRAPE_SOURCE_DIR "/configs/experiments/";
+    const std::string path = folder + "square_markers.csv";
+    const MeasuredMarkers markers = ReadMarkers(path);
+    Experiment square{.name = "square",
+                      .mesh = ParseMeshSpec("strip:0.2x0.2x20"),
+                      .scene = ReadScene(DRAPE_SOURCE_DIR "/configs/scenes/two_corners.json"),
+                      .measurements = {{.name = "markers of " + path,
+                                        .readout =
+                                            [=](const ClothModel& model) {
+                                              return std::make_shared<MarkerReadout>(
+                                                  WeightsOfMarkers(model.mesh, markers, path));
+                                            },
+                                        .data = markers.x,
+                                        .sigma = 0.002,
+                                        .loss = std::make_shared<ceres::HuberLoss>(3.0)}}};
+    return {.material = folder + "../fabrics/cotton_blue.json",
+            .density = 0.12,
+            .experiments = {std::move(square)}};
+  }
+};
+
+TEST_F(ExperimentInMemoryTest, ItIsTheFitOfTheFile) {
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const std::string memory = folder_ / "memory";
+  std::filesystem::create_directory(memory);
+  const DrapeFit fit = FitDrapes(spec_, Square(), {}, memory);
+  ASSERT_TRUE(fit.fitted());
+  EXPECT_EQ(ReadAll(memory + "/material.json"), ReadAll(folder_ / "material.json"));
+  EXPECT_EQ(ReadAll(memory + "/drape_square.obj"), ReadAll(folder_ / "drape_square.obj"));
+  const nlohmann::json by_file = Summary(), in_memory = ReadJsonFile(memory + "/summary.json");
+  for (const char* key : {"parameters", "verdict", "measurements", "initial_guess", "laboratory"})
+    EXPECT_EQ(in_memory[key], by_file[key]) << key;
+  EXPECT_EQ(by_file["initial_guess"]["material"], Square().material);
+}
+
+TEST_F(ExperimentInMemoryTest, WhatCannotBeFittedIsRefused) {
+  const auto error = [&](const std::function<void(Experiment&)>& spoil) -> std::string {
+    ExperimentFile file = Square();
+    spoil(file.experiments[0]);
+    try {
+      FitDrapes(spec_, file);
+    } catch (const InputError& refused) {
+      return refused.what();
+    }
+    return "";
+  };
+  const auto of_markers = [&](const std::function<void(Measurement&)>& spoil) {
+    return error([&](Experiment& each) { spoil(each.measurements[0]); });
+  };
+  EXPECT_THAT(of_markers([](auto& each) { each.readout = nullptr; }),
+              testing::AllOf(testing::StartsWith("experiments in memory: key 'experiments[0]'"),
+                             HasSubstr("square_markers.csv: found no readout")));
+  EXPECT_THAT(of_markers([](auto& each) { each.data.conservativeResize(3); }),
+              HasSubstr("found data of 3 numbers, expected 75"));
+  EXPECT_THAT(of_markers([](auto& each) { each.data[0] = NAN; }), HasSubstr("that are finite"));
+  EXPECT_THAT(of_markers([](auto& each) { each.sigma = 0.0; }), HasSubstr("found sigma 0"));
+  EXPECT_THAT(of_markers([](auto& each) { each.step = 2; }), HasSubstr("found step 2"));
+  EXPECT_THAT(error([](auto& each) { each.start.setZero(3); }), HasSubstr("of 3 numbers"));
+  EXPECT_THAT(error([](auto& each) { each.mesh = {}; }), HasSubstr("no mesh"));
+  EXPECT_THAT(error([](auto& each) { each.name = "../x"; }), HasSubstr("name '../x'"));
+  EXPECT_INPUT_ERROR(FitDrapes(spec_, ExperimentFile{}), "at least one experiment");
+  EXPECT_THROW(FitDrapes(spec_, Square(), {}, folder_ / "none"), IoError);
+  EXPECT_INPUT_ERROR(CheckpointKey(spec_, {}, MakeFitInput(spec_, Square())),
+                     "checkpoint: found experiments in memory");
 }
 
 // Strips that move and strips at rest, held at an end.
