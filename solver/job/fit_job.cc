@@ -53,6 +53,7 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   Eigen::VectorXd of_others = Eigen::VectorXd::Zero(CountNumbers(problem.fitted));
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double seconds = 0.0;
+  RolloutCounts counts;
   const std::vector<ParameterTying> stages =
       FreesStretch(last)
           ? std::vector{ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries}
@@ -68,6 +69,7 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
         of_others;
     FitSummary summary = Fit(residuals, options);
     seconds += summary.seconds;
+    counts += summary.counts;
     if (summary.termination == FitTermination::kFailed) {
       *note = "the laboratory measurements and motions cannot be computed with " +
               std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
@@ -87,6 +89,7 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   }
   AddStartVelocity(velocity, problem);
   best.seconds = seconds;
+  best.counts = counts;
   return best;
 }
 

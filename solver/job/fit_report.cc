@@ -148,6 +148,8 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
   if (fit.termination == FitTermination::kFailed) return json;
   json.update({{"cost", fit.final_cost},
                {"iterations", std::max<int>(0, static_cast<int>(fit.iterations.size()) - 1)},
+               {"rollouts", fit.counts.rollouts},
+               {"tangents", fit.counts.tangents},
                {"seconds", {{"fit", fit.seconds}}},
                {"parameters", ParametersJson(prior_sigma, fit.theta)},
                {"spectrum", SpectrumJson(ComputeSpectrum(fit.jacobian, prior_sigma))}});

@@ -273,6 +273,10 @@ TEST_F(StripFitTest, AMotionKeepsTheTablesThatWereFitted) {
     spec_.simpler_models = simpler;
     FitStrip("strip:0.15x0.03x6", {{"steps", 10}, {"time_step", 0.02}}, film, {});
     materials.push_back(ReadAll(folder_ / "material.json"));
+    const nlohmann::json summary = Summary();
+    const int last_stage = summary["iterations"].get<int>() + 1;
+    EXPECT_GT(summary["tangents"], last_stage) << "of two stages";
+    EXPECT_GE(summary["rollouts"], summary["tangents"]);
   }
   EXPECT_EQ(materials[0], materials[1]);
 }
