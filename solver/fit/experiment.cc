@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <climits>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -29,8 +30,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kWaves = 5e-3;        // of a random start: root mean square around the hem [m]
-constexpr int kStartsOverSupport = 8;  // cloth that folds over a support has many branches
+constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
+constexpr int kStarts = 2, kStartsOverSupport = 8;  // folds over a support have many branches
 constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
 constexpr int kMostModes = 50;
@@ -417,6 +418,8 @@ void Complete(Experiment& experiment, const std::string& where) {
     Require(each->size() == 0 || (each->size() == dofs && each->allFinite()), where,
             Format("a start or velocity of %d numbers", static_cast<int>(each->size())),
             Format("%d that are finite", dofs));
+  if (experiment.random_starts < 0)
+    experiment.random_starts = SupportRadius(experiment.scene) ? kStartsOverSupport : kStarts;
   RequireWithin(experiment.random_starts, 0, 100, where, "random_starts");
   if (experiment.motion) {
     RequireWithin(experiment.motion->h, 1e-6, 10.0, where, "time_step");
@@ -472,8 +475,8 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
     experiment.start = ReadNamed(input.At("start"), folder, [&](const std::string& path) {
       return ReadStart(path, experiment.mesh, SupportRadius(experiment.scene).value_or(0.0)).x;
     });
-  if (SupportRadius(experiment.scene)) experiment.random_starts = kStartsOverSupport;
-  if (input.Has("random_starts")) experiment.random_starts = input.At("random_starts").Integer();
+  if (input.Has("random_starts"))
+    experiment.random_starts = input.At("random_starts").IntegerWithin(0, INT_MAX);
   if (input.Has("motion")) ReadMotion(input.At("motion"), experiment);
   const JsonInput measurements = input.At("measurements").ExpectArray();
   const ClothModel model = NamingKey(scene.Name(), [&] { return MakeModel(experiment); });
@@ -619,7 +622,7 @@ ExperimentFile ReadExperiments(const std::string& path) {
   const std::string folder = fs::path(path).parent_path().string();
   ExperimentFile file;
   if (input.Has("material")) file.material = ResolvePath(input.At("material"), folder);
-  if (input.Has("density")) file.density = input.At("density").Number();
+  if (input.Has("density")) file.density = input.At("density").NumberWithin(1e-4, 10.0);
   if (input.Has("lab_tests"))
     for (int i = 0; i < input.At("lab_tests").ExpectArray().Size(); ++i)
       file.lab_measurements.push_back(ResolvePath(input.At("lab_tests").At(i), folder));

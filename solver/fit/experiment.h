@@ -50,7 +50,7 @@ struct Experiment {
   // Shapes from which its branch is sought: the given one, or flat, is number 0; the others are
   // flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
-  int random_starts = 2;       // of a file with a support: 8
+  int random_starts = -1;      // negative: 2, over a support 8 (CompleteExperiments)
   // Time steps of a moving cloth, with the steps that are seen as frames; it begins at its start
   // with this velocity [m/s], shape [3V]. None: the cloth is at rest.
   std::optional<RolloutOptions> motion = {};

@@ -224,6 +224,48 @@ TEST_F(GuidedDrapeTest, FindsADrapeNearTheImage) {
   EXPECT_LT(guided_sum, 0.97 * free_sum);
 }
 
+// The heights of all vertices, as a camera above sees them.
+struct HeightReadout final : Readout {
+  explicit HeightReadout(int vertices) : vertices(vertices) {}
+  int size() const override { return vertices; }
+  bool Read(const Eigen::VectorXd& x, Eigen::VectorXd* r, ReadoutJacobian* dr_dx) const override {
+    *r = x.reshaped(3, vertices).row(2).transpose();
+    if (dr_dx == nullptr) return true;
+    dr_dx->resize(vertices, x.size());
+    for (int v = 0; v < vertices; ++v) dr_dx->insert(v, 3 * v + 2) = 1.0;
+    return true;
+  }
+  const int vertices;
+};
+
+// From random waves it finds the branch of another cloth more often than not.
+TEST_F(GuidedDrapeTest, FindsTheBranchThatAnExperimentSees) {
+  const ClothModel& model = backend_->model();
+  const auto readout = std::make_shared<HeightReadout>(model.mesh.num_vertices());
+  int guided = 0, free = 0;
+  for (const int seed : {1, 2, 3, 4}) {
+    const State seen =
+        test::Settled(*backend_, material_, test::RandomStart(model, 10 + seed, 2e-2));
+    Measurement heights{
+        .name = "heights", .readout = [&](const ClothModel&) { return readout; }, .sigma = 2e-3};
+    ASSERT_TRUE(readout->Read(seen.x, &heights.data, nullptr));
+    Observation observation;
+    observation.experiment = std::make_shared<const Experiment>(Experiment{
+        .name = "cloth", .mesh = model.mesh, .scene = model.scene, .measurements = {heights}});
+    for (const int start : {1, 2, 3}) {
+      const State from = MakeStart(*observation.experiment, model, start);
+      const auto is_found = [&](const SettledDrape& drape) {
+        return drape.IsUsable(settle_.solve_mode) && Rms(drape, observation) < 0.1;
+      };
+      guided += is_found(SettleGuided(*backend_, material_, from, observation, settle_));
+      free += is_found(Settle(*backend_, material_, {&from, 1}, settle_).front());
+    }
+  }
+  std::printf("found of 12: %d guided, %d free\n", guided, free);
+  EXPECT_GT(guided, 6);
+  EXPECT_LT(free, 3);
+}
+
 TEST_F(GuidedDrapeTest, AFailedStepIsAStatus) {
   std::atomic<bool> cancel = true;
   settle_.steps.cancel = &cancel;
