@@ -109,6 +109,7 @@ Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& fold
   if (measurement.data.size() != mesh.rest_x.size())
     input.At("shape").Fail(Format("a file of the mesh's %d vertices, not of %d",
                                   mesh.num_vertices(), int(measurement.data.size() / 3)));
+  measurement.start = measurement.data;
   // Places by their material coordinates, so that another mesh reads the same.
   const Eigen::Matrix2Xd places = mesh.uv;
   measurement.readout = [=](const ClothModel& model) {
@@ -203,13 +204,14 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
 Measurement MakeOutlineMeasurement(const JsonInput& input, const std::string& folder,
                                    const ClothModel& model) {
   constexpr int kAngles = 90;
+  constexpr double kLift = 0.8;  // of the flaps
   input.ExpectKeys(WithCommonKeys({"outline", "camera_file"}));
   const JsonInput picture = input.At("outline");
   const std::string path = ResolvePath(picture, folder);
   const std::optional<double> support = SupportRadius(model.scene);
   if (!support) picture.Fail("none: the scene has no support");
-  const DrapeDiscs discs{.specimen = model.mesh.uv.colwise().norm().maxCoeff(),
-                         .support = *support};
+  const double reach = model.mesh.uv.colwise().norm().maxCoeff();
+  const DrapeDiscs discs{.specimen = std::round(1e4 * reach) / 1e4, .support = *support};
   CameraInput camera;
   if (input.Has("camera_file")) camera.file = ResolvePath(input.At("camera_file"), folder);
   const MeasuredImage seen = NamingKey(picture.Name(), [&] {
@@ -226,6 +228,8 @@ Measurement MakeOutlineMeasurement(const JsonInput& input, const std::string& fo
           .data = outline.radius,
           .sigma = seen.camera.pixels_per_metre(),
           .pull = kPullOfContours,
+          .start = FlapsFromOutline(model.mesh, *support,
+                                    VerticalProfile(outline.radius, seen.camera, discs), kLift),
           .quality = seen.quality};
 }
 
@@ -482,11 +486,9 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
   const ClothModel model = NamingKey(scene.Name(), [&] { return MakeModel(experiment); });
   for (int i = 0; i < measurements.Size(); ++i)
     for (Measurement& each : ReadMeasurement(measurements.At(i), folder, model)) {
-      const bool is_shape = measurements.At(i).Has("shape");
       if (experiment.motion) measurements.At(i).At("step");
       experiment.in_newtons |= measurements.At(i).Has("force");
-      if (is_shape && !experiment.motion && experiment.start.size() == 0)
-        experiment.start = each.data;
+      if (!experiment.motion && experiment.start.size() == 0) experiment.start = each.start;
       experiment.measurements.push_back(std::move(each));
     }
   return experiment;

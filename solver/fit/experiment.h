@@ -38,7 +38,8 @@ struct Measurement {
   // Numbers that differ from drape to drape; 0: as many as are independent (Readout).
   int num_telling = 0;
   double pull = kPullOfShapes;
-  ImageQuality quality = {};  // of a picture: how far it can be trusted
+  Eigen::VectorXd start = {};  // a shape of the cloth near what was measured [m]; empty: none
+  ImageQuality quality = {};   // of a picture: how far it can be trusted
 };
 
 // One cloth on its scene, at rest or as it moves, and what was measured of it.
@@ -47,8 +48,8 @@ struct Experiment {
   Mesh mesh;
   Scene scene;
   std::vector<Measurement> measurements;
-  // Shapes from which its branch is sought: the given one, or flat, is number 0; the others are
-  // flat with random waves.
+  // Shapes from which its branch is sought: the given one, of a file by default that of the first
+  // measurement that has one, or flat, is number 0; the others are flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = -1;      // negative: 2, over a support 8 (CompleteExperiments)
   // Time steps of a moving cloth, with the steps that are seen as frames; it begins at its start

