@@ -159,7 +159,7 @@ TEST(Optimiser, TheListHasTheMethodsOfTheStudy) {
 TEST(Optimiser, RunsOfOneSeedAreTheSame) {
   for (const char* name : {"cmaes", "bo", "rembo_2", "hesbo_4", "hesbo_4_lm"}) {
     OptimiserOptions options = EnoughEvaluations(name);
-    options.budget = 30.0;
+    options.budget = IsRefined(name) ? 60.0 : 30.0;
     std::vector<double> costs;
     for (const int seed : {1, 1, 2}) {
       Valley valley;
