@@ -328,7 +328,7 @@ std::vector<Measurement> ReadMeasurement(const JsonInput& input, const std::stri
     input.Fail(
         "one of markers, shape, points, depth, silhouette, outline, angle, force and frequencies");
   for (Measurement& each : read) {
-    each.sigma *= input.At("sigma").Number();
+    each.sigma *= input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
     if (input.Has("loss")) each.loss = ReadLoss(input.At("loss"));
     if (input.Has("step")) each.step = input.At("step").Integer();
   }

@@ -234,10 +234,12 @@ TEST(FreeNumbers, ResidualsHaveTheirDerivatives) {
 // A picture of a drape from above with its camera.
 TEST_F(ExperimentFileTest, AnOutlineIsReadInMetres) {
   const auto read = [&](const std::string& mesh, const std::string& scene) {
+    const std::string measurement =
+        R"({"outline": "drape.png", "camera_file": "camera.json", "sigma": 0.002})";
     return std::move(
         ReadExperiments(Write("e.json", R"({"experiments": [{"mesh": ")" + mesh +
-                                            R"(", "scene": )" + scene + R"(, "measurements":
-                                            [{"outline": "drape.png", "camera_file": "camera.json", "sigma": 0.002}]}]})"))
+                                            R"(", "scene": )" + scene + R"(, "measurements": [)" +
+                                            measurement + "]}]}"))
             .experiments.front());
   };
   const std::string support = R"({"gravity": [0, 0, -9.81], "handles": {"region": {"disc":
@@ -263,7 +265,7 @@ TEST_F(ExperimentFileTest, BadInputIsOneLineWithItsKey) {
   const std::string good = R"("markers": "good.csv")";
   EXPECT_INPUT_ERROR(Read(R"({"markers": "m.csv", "sigma": 0.01})"), "m.csv");
   EXPECT_INPUT_ERROR(Read("{" + good + "}"), "sigma");
-  EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 0})"), "good.csv: found sigma 0, expected");
+  EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 0})"), "measurements[0].sigma");
   EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 1, "loss": {"l1": 2}})"), "loss");
   EXPECT_INPUT_ERROR(Read("{" + good + R"(, "sigma": 1, "loss": {}})"), "huber, cauchy and tukey");
   EXPECT_INPUT_ERROR(Read(R"({"marker": "good.csv", "sigma": 1})"), "one of markers");
