@@ -122,6 +122,16 @@ class ExperimentsTest(PythonTest):
         path.write_text(json.dumps(CAMERA))
         return drapefit.read_camera(str(path))
 
+    def test_the_posterior_of_an_experiment_is_sampled(self):
+        fit = drapefit.fit(str(SOURCE / "configs/experiments/square.json"), model="bayes",
+                           num_parameters=2)
+        shear = drapefit.sample_posterior(fit, 400).quantities["shear_n_per_m"]
+        self.assertTrue(shear.measured)
+        row, = (row for row in fit.sheet if row.key == "shear_n_per_m")
+        low, high = row.interval
+        inside = np.mean((low < shear.samples) & (shear.samples < high))
+        self.assertTrue(0.8 < inside < 0.98, inside)
+
     def test_damping_of_a_swinging_strip_is_recovered(self):
         motion = {"steps": 100, "time_step": 0.01, "velocity": [0, 0, 1]}
         dynamics = {"mass_damping": 2.0, "air_drag": 0.5}
