@@ -208,7 +208,7 @@ class Watch {
       signalled_at_ = SecondsSince(start_);
       kill(pid_, signal.number);
     }
-    if (!outcome->cancelled && seconds >= limits.seconds) {
+    if (!outcome->cancelled && seconds >= test::kSlowdown * limits.seconds) {
       outcome->cancelled = true;
       cancelled_at_ = seconds;
       processor_then_ = ProcessorSeconds(pid_);

@@ -26,7 +26,7 @@ double SecondsSince(std::chrono::steady_clock::time_point start);
 
 // Bounds of one run; 0: none.
 struct Limits {
-  double seconds = 10.0;               // then it is sent SIGINT and counted as cancelled
+  double seconds = 10.0;  // times kSlowdown; then it is sent SIGINT and counted as cancelled
   double seconds_after_signal = 20.0;  // processor time within which it must end then [s]
   double memory_gb = 4.0;              // address space
   long file_bytes = 0;                 // largest file that it may write
