@@ -11,7 +11,8 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/mesh/mesh_spec.h"  // for experiments
 #include "physics/util/run_control.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/experiment_file.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/job/fit_data.h"
 #include "solver/job/fit_spec.h"
 #include "solver/job/fit_verdict.h"

@@ -262,6 +262,18 @@ std::vector<RestEdge> ListEdges(const Mesh& mesh) {
   return list;
 }
 
+bool IsSameCloth(const Mesh& a, const Mesh& b) {
+  constexpr double kShare = 0.03;
+  const auto agree = [](double x, double y) { return std::abs(x - y) <= kShare * std::max(x, y); };
+  const auto area = [](const Mesh& mesh) {
+    double sum = 0.0;
+    for (const Face& face : mesh.faces) sum += face.area;
+    return sum;
+  };
+  const auto reach = [](const Mesh& mesh) { return mesh.uv.colwise().norm().maxCoeff(); };
+  return agree(area(a), area(b)) && agree(reach(a), reach(b));
+}
+
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh) {
   Eigen::Matrix2Xd centres(2, mesh.num_faces());
   for (int f = 0; f < mesh.num_faces(); ++f) {

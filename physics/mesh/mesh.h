@@ -65,6 +65,10 @@ std::vector<RestEdge> ListEdges(const Mesh& mesh);
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh);
 Eigen::Matrix2Xd HingeCentres(const Mesh& mesh);
 
+// Whether two meshes are of one flat cloth: their areas and their reach from the origin agree to
+// 3 %, which coarse polygons lack of a round cloth.
+bool IsSameCloth(const Mesh& a, const Mesh& b);
+
 // Fields of one mesh read at the points of another, by their places in the flat cloth.
 
 // Gradients of the three barycentric coordinates of a face [1/m], columns.

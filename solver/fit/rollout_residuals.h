@@ -12,7 +12,7 @@
 
 #include "physics/simulation/backend.h"
 #include "physics/util/options/field.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/forward/settle.h"
 

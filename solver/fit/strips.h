@@ -10,7 +10,7 @@
 
 #include "physics/cloth/cloth_model.h"
 #include "physics/material/material.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 #include "solver/fit/rollout_residuals.h"
 
 namespace drape {

@@ -32,18 +32,6 @@ FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const st
   return cloth;
 }
 
-double TotalArea(const Mesh& mesh) {
-  double area = 0.0;
-  for (const Face& face : mesh.faces) area += face.area;
-  return area;
-}
-
-bool IsSameCloth(const Mesh& a, const Mesh& b) {
-  constexpr double kShare = 0.03;  // that coarse polygons lack of a round cloth
-  const auto agree = [](double x, double y) { return std::abs(x - y) <= kShare * std::max(x, y); };
-  return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
-}
-
 }  // namespace
 
 std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,

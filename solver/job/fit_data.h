@@ -7,7 +7,7 @@
 
 #include "losses/dataset/dataset.h"
 #include "physics/material/material_io.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 
 namespace drape {
 

@@ -18,7 +18,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/pool_start.h"
 #include "solver/forward/settle.h"
@@ -375,8 +375,9 @@ Observation MakeExperimentObservation(Experiment experiment, const std::string& 
   return observation;
 }
 
-std::shared_ptr<const ClothModel> MakeModel(const Experiment& experiment, LawKind law) {
-  auto model = std::make_shared<const ClothModel>(experiment.mesh, experiment.scene, MakeLaw(law));
+std::shared_ptr<const ClothModel> MakeModel(const Mesh& mesh, const Experiment& experiment,
+                                            LawKind law) {
+  auto model = std::make_shared<const ClothModel>(mesh, experiment.scene, MakeLaw(law));
   RequireThinCloth(*model);
   return model;
 }
@@ -403,7 +404,7 @@ void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
     SettledExperiment further{.experiment = std::make_shared<const Experiment>(std::move(each)),
                               .model = {},
                               .start = {}};
-    further.model = MakeModel(*further.experiment, spec.law);
+    further.model = MakeModel(further.experiment->mesh, *further.experiment, spec.law);
     if (further.experiment->motion) {
       further.start = MakeStart(*further.experiment, *further.model, 0);
       if (further.experiment->velocity.size() > 0) further.start.v = further.experiment->velocity;
@@ -494,9 +495,16 @@ FitInput MakeExperimentInput(const FitSpec& spec, FitData data, ExperimentFile f
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
   if (const Experiment* searched = FindExperiment(input.problem)) {
-    input.fine.model = MakeModel(*searched, spec.law);
+    input.fine.model = MakeModel(searched->mesh, *searched, spec.law);
     input.fine.backend = MakeBackend(spec.backend, input.fine.model, spec.threads, &input.device);
     input.problem.fine = input.problem.coarse = input.fine.backend.get();
+    if (searched->search_mesh.num_vertices() > 0) {
+      FitInput::Cloth& search = input.search.emplace_back();
+      search.model = MakeModel(searched->search_mesh, *searched, spec.law);
+      search.backend = MakeBackend(spec.backend, search.model, spec.threads, nullptr);
+      input.problem.search = {search.backend.get()};
+      input.problem.coarse = search.backend.get();
+    }
   }
   input.problem.fitted = file.fitted;
   for (const Experiment& each : file.experiments)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/util/atomic_file.h"
+#include "solver/fit/observed/experiment_file.h"
 #include "solver/job/fit_data.h"
 #include "solver/job/fit_spec.h"
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <sstream>
 #include <utility>
@@ -31,13 +32,70 @@ constexpr int kLabIterations = 100;
 constexpr double kLabTolerance = 1e-5;
 constexpr double kLabDamping = 1e-2;    // at first: strips do not leave a branch
 constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 1 %
+// The fit of motions begins at the best of so many scales about the start tables, and at those; two
+// scales on stretch, or on bend, are this factor apart.
+constexpr int kBestScales = 2;
+constexpr double kScaleFactor = 4.0;
 // Shares of the time, for the progress line: of all before the drapes of the result, and of the one
 // table in that of other models.
 constexpr double kFitShare = 0.9, kTableShare = 0.4;
 
+bool IsCancelled(const FitOptions& options) {
+  return options.trust_region.cancel != nullptr && options.trust_region.cancel->load();
+}
+
 void AddStartVelocity(const Eigen::Vector3d& change, FitProblem& problem) {
   for (SettledExperiment& each : problem.further)
     if (each.experiment->motion) each.start.v += change.replicate(each.start.v.size() / 3, 1);
+}
+
+// Points from which scales are fitted, the first numbers of θ: the present one, and where cloth
+// moves the best of a grid about it, since the misfit of a motion has minima beside the fabric.
+std::vector<Eigen::VectorXd> ListScales(RolloutResiduals& residuals, int scales, bool moves,
+                                        const FitOptions& options) {
+  Eigen::Map<Eigen::VectorXd> theta(residuals.theta(), residuals.num_parameters());
+  std::vector<Eigen::VectorXd> points = {theta};
+  if (!moves) return points;
+  std::multimap<double, Eigen::VectorXd> by_cost;
+  for (const double stretch : {-1.0, 0.0, 1.0})
+    for (const double bend : {-1.0, 0.0, 1.0}) {
+      const Eigen::Vector2d step = std::log(kScaleFactor) * Eigen::Vector2d(stretch, bend);
+      if (step.isZero() || (scales == 1 && stretch != 0.0) || IsCancelled(options)) continue;
+      theta = points.front();
+      theta.head(scales) += step.tail(scales);
+      residuals.PrepareForEvaluation(false, true);
+      if (!residuals.all_valid()) continue;
+      double cost = 0.5 * theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
+      for (int i = 0; i < residuals.num_blocks(); ++i) cost += residuals.cost(i);
+      by_cost.emplace(cost, theta);
+    }
+  for (const auto& [cost, point] : by_cost)
+    if (static_cast<int>(points.size()) <= kBestScales) points.push_back(point);
+  return points;
+}
+
+// The best fit of scales from each of their starts.
+FitSummary FitScales(const RolloutResiduals& residuals, int scales, bool moves,
+                     const FitOptions& options) {
+  RolloutResiduals trial = residuals;
+  const std::vector<Eigen::VectorXd> points = ListScales(trial, scales, moves, options);
+  RolloutCounts counts = trial.counts();
+  double seconds = 0.0;
+  FitSummary best;
+  for (const Eigen::VectorXd& point : points) {
+    RolloutResiduals own = residuals;
+    Eigen::Map<Eigen::VectorXd>(own.theta(), point.size()) = point;
+    FitSummary fit = Fit(own, options);
+    seconds += fit.seconds;
+    counts += fit.counts;
+    if (best.theta.size() == 0 || (fit.theta.size() > 0 && fit.final_cost < best.final_cost))
+      best = std::move(fit);
+    if (IsCancelled(options)) break;
+  }
+  if (IsCancelled(options)) best.termination = FitTermination::kCancelled;
+  best.seconds = seconds;
+  best.counts = counts;
+  return best;
 }
 
 // Fits laboratory measurements and motions alone: few parameters first, since far from the solution
@@ -54,6 +112,9 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double seconds = 0.0;
   RolloutCounts counts;
+  const bool moves = std::ranges::any_of(problem.further, [](const SettledExperiment& each) {
+    return each.experiment->motion.has_value();
+  });
   const std::vector<ParameterTying> stages =
       FreesStretch(last)
           ? std::vector{ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries}
@@ -67,7 +128,9 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
     Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size())
         << MeanLogFactors(tie, log_factors),
         of_others;
-    FitSummary summary = Fit(residuals, options);
+    FitSummary summary = tying == stages[0]
+                             ? FitScales(residuals, int(table.size()), moves, options)
+                             : Fit(residuals, options);
     seconds += summary.seconds;
     counts += summary.counts;
     if (summary.termination == FitTermination::kFailed) {

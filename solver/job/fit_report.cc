@@ -180,6 +180,10 @@ ordered_json BendingJson(const FitReport& report) {
           {"bending_length_m", BendingLength(rigidity, density)}};
 }
 
+std::string MisfitKey(const FitProblem& problem) {
+  return FindExperiment(problem) == nullptr ? "profile_rms_px" : "misfit_sigma";
+}
+
 // The fits by the models that were fitted first, and whether the own model's began with their best.
 ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& state,
                                const FitCandidate& best) {
@@ -191,7 +195,7 @@ ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& 
     if (result.part >= own) continue;
     fits.push_back({{"model", NameFor(problem.simpler_models[result.part])},
                     {"cost", result.cost},
-                    {"profile_rms_px", result.profile_rms}});
+                    {MisfitKey(problem), result.profile_rms}});
   }
   return {{"fits", fits}, {"result_began_with_the_best", began_carried}};
 }
@@ -207,7 +211,7 @@ ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const St
     const Backend* backend = PartProblem(problem, result.part).fine;
     fits.push_back({{"vertices", backend->model().mesh.num_vertices()},
                     {"cost", result.cost},
-                    {"profile_rms_px", result.profile_rms},
+                    {MisfitKey(problem), result.profile_rms},
                     {"stretch_n_per_m", result.stretch},
                     {"bend_n_m", result.bend}});
   }
@@ -226,7 +230,7 @@ ordered_json GuessJson(const FitReport& report, const FitProblem& problem,
           {"stretch", guess.stretch},
           {"bend", guess.bend},
           {"lifts", guess.lifts},
-          {"coarse_profile_rms_px", guess.profile_rms}};
+          {"coarse_" + MisfitKey(problem), guess.profile_rms}};
 }
 
 // The outlines of image and fit at equal angles, counter-clockwise from the right, in pixels of the
@@ -360,7 +364,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   json["meshes"] = MeshesJson(spec, problem, state, report);
   json["initial_guess"] = GuessJson(report, problem, best->guess);
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
-  json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
+  if (FindExperiment(problem) == nullptr)
+    json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
   if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
   if (report.posterior)

@@ -11,7 +11,7 @@
 #include "physics/material/laws/law_kind.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/options/field.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/fit/protocol/field_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/posterior/posterior_fit.h"

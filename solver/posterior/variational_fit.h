@@ -11,7 +11,7 @@
 #include "physics/linalg/blocks/block_matrix.h"
 #include "physics/simulation/backend.h"
 #include "solver/fit/fit.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/fit/rollout_residuals.h"
 
 namespace drape {

@@ -6,7 +6,7 @@
 
 #include "physics/material/material.h"
 #include "physics/simulation/backend.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/forward/settle.h"
 
 namespace drape {

@@ -9,7 +9,7 @@
 #include "physics/simulation/backend.h"
 #include "physics/util/options/field.h"
 #include "physics/util/run_control.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 
 namespace drape {
 

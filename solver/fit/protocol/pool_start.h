@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "physics/material/material.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/forward/outline_pool.h"
 
 namespace drape {

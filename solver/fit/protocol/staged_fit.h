@@ -11,7 +11,7 @@
 #include "physics/simulation/backend.h"
 #include "physics/util/run_control.h"
 #include "solver/fit/fit.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/fit/strips.h"
 #include "solver/forward/settle.h"

@@ -10,7 +10,7 @@
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "solver/fit/effective_stiffness.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 #include "solver/posterior/posterior_io.h"
 
 namespace drape {

@@ -17,7 +17,7 @@
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 #include "solver/job/fit_input.h"
 
 namespace drape {

@@ -88,6 +88,28 @@ TEST_F(ExperimentFitTest, MarkersGiveTheStiffnessOfAnotherMesh) {
   EXPECT_NE(result.table.find("markers of"), std::string::npos);
 }
 
+// The result is that of the finer mesh, and begins with that of the coarser one.
+TEST_F(ExperimentFitTest, TheBranchIsSoughtOnACoarserMesh) {
+  spec_.stages.candidates_per_round = {1, 1};
+  spec_.stages.iterations = {8, 8};
+  data_.experiment = folder_ / "experiment.json";
+  std::ofstream(data_.experiment)
+      << R"({"experiments": [{"name": "square", "mesh": "strip:0.2x0.2x10", "random_starts": 1,)"
+      << R"("search_mesh": "strip:0.2x0.2x6", "scene": "corners.json",)"
+      << R"("measurements": [{"markers": "markers.csv", "sigma": 5e-4}]}]})";
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["meshes"]["fits"].size(), 2u) << summary["meshes"];
+  EXPECT_FALSE(summary["meshes"]["error"].is_null());
+  const MaterialField fitted = ReadMaterial(folder_ / "material.json").field;
+  const MaterialField reference = Scaled(TestMaterial(), 0.5, 4.0);
+  EXPECT_NEAR(fitted.stretch[0].c[0][0] / reference.stretch[0].c[0][0], 1.0, 0.15);
+  EXPECT_NEAR(fitted.bend[0].b[0][0] / reference.bend[0].b[0][0], 1.0, 0.3);
+  EXPECT_LT(summary["measurements"][0]["misfit_sigma"], 1.5);
+  const Mesh drape = ReadObj(folder_ / "drape_square.obj");
+  EXPECT_EQ(drape.num_vertices(), ParseMeshSpec("strip:0.2x0.2x10").num_vertices());
+}
+
 // A second cloth of the fabric, whose reading contradicts none of the markers.
 TEST_F(ExperimentFitTest, TwoExperimentsAreOneFit) {
   WriteExperiments(
@@ -129,7 +151,8 @@ class ExperimentInMemoryTest : public FitJobTest {
                                             },
                                         .data = markers.x,
                                         .sigma = 0.002,
-                                        .loss = std::make_shared<ceres::HuberLoss>(3.0)}}};
+                                        .loss = std::make_shared<ceres::HuberLoss>(3.0)}},
+                      .search_mesh = ParseMeshSpec("strip:0.2x0.2x10")};
     return {.material = folder + "../fabrics/cotton_blue.json",
             .density = 0.12,
             .experiments = {std::move(square)}};

@@ -12,7 +12,7 @@
 #include "solver/job/fit_job.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/closed_forms.h"
-#include "tests/solver/fit/write_lab_measurement.h"
+#include "tests/solver/fit/observed/write_lab_measurement.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "losses/readout/observation_files.h"
-#include "solver/fit/experiment.h"
+#include "solver/fit/observed/experiment_file.h"
 #include "tests/attack/inputs/readers/readers.h"
 
 namespace drape::attack {

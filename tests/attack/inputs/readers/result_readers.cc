@@ -7,7 +7,7 @@
 
 #include "losses/metrics/laboratory_drape.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/bench/speed_study.h"

@@ -5,7 +5,7 @@
 
 #include "losses/dataset/dataset.h"
 #include "physics/util/atomic_file.h"
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 #include "solver/forward/accuracy_table.h"
 #include "solver/posterior/posterior_io.h"
 #include "tests/attack/inputs/files/file_readers.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/experiment.h"
+#include "solver/fit/observed/experiment_file.h"
 
 #include <algorithm>
 #include <cctype>
@@ -30,7 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kWaves = 5e-3;  // of a random start: root mean square around the hem [m]
 constexpr int kStarts = 2, kStartsOverSupport = 8;  // folds over a support have many branches
 constexpr double kLeastSigma = 1e-9, kMostSigma = 1e6;
 constexpr double kMostLength = 100.0;  // [m]
@@ -96,7 +95,8 @@ Measurement MakeMarkerMeasurement(const JsonInput& input, const std::string& fol
           [=](const ClothModel& model) {
             return std::make_shared<MarkerReadout>(WeightsOfMarkers(model.mesh, *markers, path));
           },
-      .data = markers->x};
+      .data = markers->x,
+      .by_vertex_numbers = !markers->vertices.empty()};
 }
 
 Measurement MakeShapeMeasurement(const JsonInput& input, const std::string& folder,
@@ -252,7 +252,8 @@ Measurement MakeAngleMeasurement(const JsonInput& input, const Mesh& mesh) {
               [=](const ClothModel&) {
                 return std::make_shared<AngleReadout>(vertices, clamp, along.normalized());
               },
-          .data = Eigen::VectorXd::Constant(1, input.At("angle").NumberWithin(-90.0, 90.0))};
+          .data = Eigen::VectorXd::Constant(1, input.At("angle").NumberWithin(-90.0, 90.0)),
+          .by_vertex_numbers = true};
 }
 
 // All three components, or that along a direction.
@@ -276,6 +277,7 @@ Measurement MakeForceMeasurement(const JsonInput& input, const ClothModel& model
     if (std::ranges::count(model.held, vertices[i]) == 0)
       input.At("vertices").At(static_cast<int>(i)).Fail("a vertex that is held");
   if (model.held.empty()) force.Fail("none: the scene has no handles");
+  measurement.by_vertex_numbers = !vertices.empty();
   measurement.readout = [=](const ClothModel& cloth) {
     return std::make_shared<HandleForceReadout>(cloth, vertices.empty() ? cloth.held : vertices,
                                                 axes);
@@ -412,6 +414,27 @@ ClothModel MakeModel(const Experiment& experiment) {
   return {experiment.mesh, experiment.scene, MakeLaw("smooth")};
 }
 
+// Checks that all that is measured can be read of the mesh of the search.
+void CheckSearchMesh(const Experiment& experiment, const std::string& where) {
+  if (experiment.search_mesh.num_vertices() == 0) return;
+  const std::string at = where + ": key 'search_mesh'";
+  Require(!experiment.motion, at, "a motion, whose branch is not sought", "a cloth at rest");
+  Require(IsSameCloth(experiment.search_mesh, experiment.mesh), at, "another cloth than 'mesh'",
+          "one of its area and size");
+  Require(experiment.search_mesh.num_vertices() < experiment.mesh.num_vertices(), at,
+          Format("%d vertices", experiment.search_mesh.num_vertices()),
+          Format("fewer than the %d of 'mesh'", experiment.mesh.num_vertices()));
+  const std::optional<Handles>& handles = experiment.scene.handles;
+  Require(!handles || handles->vertices.empty(), at, "handles by numbers of vertices",
+          "regions, or no search_mesh");
+  const ClothModel model = NamingKey(
+      at, [&] { return ClothModel(experiment.search_mesh, experiment.scene, MakeLaw("smooth")); });
+  for (const Measurement& each : experiment.measurements) {
+    Require(!each.by_vertex_numbers, at, each.name + " by numbers of vertices", "no search_mesh");
+    (void)NamingKey(at, [&] { return each.readout(model); });
+  }
+}
+
 // Checks an experiment and lists the frames that are seen.
 void Complete(Experiment& experiment, const std::string& where) {
   Require(IsPlainName(experiment.name), where, "name '" + MakePrintableLine(experiment.name) + "'",
@@ -441,6 +464,7 @@ void Complete(Experiment& experiment, const std::string& where) {
     frames.insert(each.step);
   }
   if (experiment.motion) experiment.motion->frames.assign(frames.begin(), frames.end());
+  CheckSearchMesh(experiment, where);
 }
 
 // Throws InputError where no motion shows fitted number i.
@@ -468,11 +492,28 @@ void RequireSeen(const ExperimentFile& file, std::size_t i, const std::string& w
   require(first != nullptr, "none without a motion");
 }
 
+// Lets the branch of a fine strip be sought on one of half its edges, where all can be read of it.
+void SearchCoarserStrip(const std::string& spec, Experiment& experiment) {
+  constexpr int kFine = 300;  // vertices
+  const std::size_t edges = spec.rfind('x') + 1;
+  if (!spec.starts_with("strip:") || experiment.mesh.num_vertices() < kFine || experiment.motion)
+    return;
+  experiment.search_mesh =
+      ParseMeshSpec(spec.substr(0, edges) + std::to_string(std::stoi(spec.substr(edges)) / 2));
+  try {
+    CheckSearchMesh(experiment, "");
+  } catch (const InputError&) {
+    experiment.search_mesh = {};
+  }
+}
+
 Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
-  input.ExpectKeys({"name", "mesh", "scene", "start", "random_starts", "motion", "measurements"});
+  input.ExpectKeys(
+      {"name", "mesh", "search_mesh", "scene", "start", "random_starts", "motion", "measurements"});
   Experiment experiment;
   if (input.Has("name")) experiment.name = input.At("name").String();
   experiment.mesh = ReadMesh(input.At("mesh"), folder);
+  if (input.Has("search_mesh")) experiment.search_mesh = ReadMesh(input.At("search_mesh"), folder);
   const JsonInput scene = input.At("scene");
   experiment.scene = ReadSceneOrFile(scene, folder);
   if (input.Has("start"))
@@ -491,116 +532,11 @@ Experiment ReadExperiment(const JsonInput& input, const std::string& folder) {
       if (!experiment.motion && experiment.start.size() == 0) experiment.start = each.start;
       experiment.measurements.push_back(std::move(each));
     }
+  if (!input.Has("search_mesh")) SearchCoarserStrip(input.At("mesh").String(), experiment);
   return experiment;
 }
 
 }  // namespace
-
-State MakeStart(const Experiment& experiment, const ClothModel& model, int number) {
-  const Mesh& mesh = model.mesh;
-  Eigen::VectorXd x = mesh.rest_x;
-  if (number > 0) {
-    const double support = SupportRadius(model.scene).value_or(0.0);
-    x = ApplyStartShape(mesh, support, RandomStartShape(static_cast<uint64_t>(number), kWaves));
-  } else if (experiment.start.size() > 0) {
-    x = mesh.num_vertices() == experiment.mesh.num_vertices()
-            ? experiment.start
-            : ReadPositions(InterpolationWeights(experiment.mesh, mesh.uv, Extrapolation::kLinear),
-                            experiment.start);
-  }
-  return {std::move(x), Eigen::VectorXd::Zero(model.num_dofs())};
-}
-
-std::vector<double> ListStarts(const Experiment& experiment) {
-  const int count = experiment.random_starts + 1;
-  std::vector<double> lifts;
-  for (int number = 0; number < count; ++number) lifts.push_back((number + 1.0) / count);
-  return lifts;
-}
-
-int StartNumber(const Experiment& experiment, double lift) {
-  return static_cast<int>(std::lround(lift * (experiment.random_starts + 1))) - 1;
-}
-
-std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model) {
-  std::vector<Sight> sights;
-  for (const Measurement& each : experiment.measurements) {
-    int frame = -1;
-    if (experiment.motion) {
-      const std::vector<int>& frames = experiment.motion->frames;
-      frame = static_cast<int>(std::find(frames.begin(), frames.end(), each.step) - frames.begin());
-    }
-    Sight sight{.readouts = {each.readout(model)},
-                .data = each.data,
-                .sigma = each.sigma,
-                .loss = each.loss,
-                .frame = frame,
-                .num_telling = each.num_telling,
-                .pull = each.pull};
-    if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
-    if (sight.num_telling == 0) sight.num_telling = sight.readouts.front()->num_independent();
-    sights.push_back(std::move(sight));
-  }
-  return sights;
-}
-
-std::optional<Eigen::VectorXd> ReadResiduals(const Sight& sight, const MaterialField& material,
-                                             const Eigen::VectorXd& x) {
-  Eigen::VectorXd r;
-  if (!sight.readouts.front()->ReadCloth(material, x, &r, nullptr, nullptr)) return std::nullopt;
-  return ((r - sight.data) / sight.sigma).eval();
-}
-
-double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
-                   Eigen::Ref<Eigen::MatrixXd>* jacobian) {
-  if (sight.loss == nullptr) return 0.5 * residual.squaredNorm();
-  constexpr double kZero = 1e-8;  // of s: below, ρ/s of each loss is 1, and its rounding is not
-  const int group = sight.readouts.front()->group();
-  double cost = 0.0;
-  for (Eigen::Index row = 0; row < residual.size(); row += group) {
-    auto r = residual.segment(row, group);
-    const double s = r.squaredNorm();
-    double rho[3];
-    sight.loss->Evaluate(s, rho);
-    cost += 0.5 * rho[0];
-    if (s < kZero) continue;
-    const double weight = std::sqrt(rho[0] / s);
-    if (jacobian != nullptr) {
-      auto rows = jacobian->middleRows(row, group);
-      const Eigen::RowVectorXd along = r.transpose() * rows;  // ½ ∂s/∂θ
-      rows *= weight;
-      rows += r * ((rho[1] - rho[0] / s) / (weight * s) * along);
-    }
-    r *= weight;
-  }
-  return cost;
-}
-
-std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
-                             const MaterialField& material, const Eigen::VectorXd& x) {
-  double cost = 0.0;
-  Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, model)) {
-    std::optional<Eigen::VectorXd> residual = ReadResiduals(sight, material, x);
-    if (!residual) return std::nullopt;
-    cost += WeighByLoss(sight, *residual, nullptr);
-    count += sight.num_telling;
-  }
-  return std::sqrt(2.0 * cost / static_cast<double>(count));
-}
-
-double EnlargeSigma(double misfit, int count) {
-  constexpr double kShared = 12.0;  // numbers that errors in common have: two for each of six folds
-  const double chance = 1.0 + 2.0 / std::sqrt(2.0 * count);
-  const double excess = std::max(0.0, misfit * misfit - chance * chance);
-  return std::sqrt(1.0 + excess * std::max(1.0, count / kShared));
-}
-
-int CountResiduals(const Experiment& experiment, const ClothModel& model) {
-  Eigen::Index count = 0;
-  for (const Sight& sight : MakeSights(experiment, model)) count += sight.num_telling;
-  return static_cast<int>(count);
-}
 
 void CompleteExperiments(ExperimentFile& file, const std::string& where) {
   if (file.density != 0.0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/physics/file_fixture.h"
-#include "tests/solver/fit/write_lab_measurement.h"
+#include "tests/solver/fit/observed/write_lab_measurement.h"
 
 namespace drape {
 namespace {

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 
 namespace drape::test {
 

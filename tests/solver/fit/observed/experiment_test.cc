@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/experiment.h"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -15,6 +13,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/fit.h"
+#include "solver/fit/observed/experiment_file.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/closed_forms.h"
@@ -229,6 +228,45 @@ TEST(FreeNumbers, ResidualsHaveTheirDerivatives) {
   check(all, rest, 1e-5);
   check(only_table, rest, 1e-5);
   check(all, motion, 1e-6);
+}
+
+// A coarser mesh of the same cloth, of which all can be read that is measured.
+TEST_F(ExperimentFileTest, TheBranchIsSoughtOnAnotherMeshOfTheCloth) {
+  Write("m.csv", "weft_m,warp_m,x_m,y_m,z_m\n0.1,0.0,0.1,0,0\n");
+  Write("v.csv", "vertex,x_m,y_m,z_m\n4,0.05,0,0\n");
+  const std::string markers = R"({"markers": "m.csv", "sigma": 0.01})";
+  const auto read = [&](const std::string& search, const std::string& more,
+                        const std::string& measurement, bool by_region = true) {
+    const std::string region =
+        R"({"gravity": [0, 0, -9.81], "handles": {"region": {"half_plane": {"offset": 0.06}},
+                                                  "stiffness": 1e4}})";
+    const std::string text = R"({"experiments": [{"mesh": "strip:0.2x0.2x8", "search_mesh": ")" +
+                             search + R"(", "scene": )" + (by_region ? region : kScene) + more +
+                             R"(, "measurements": [)" + measurement + "]}]}";
+    return std::move(ReadExperiments(Write("e.json", text)).experiments.front());
+  };
+  const Experiment experiment = read("strip:0.2x0.2x4", "", markers);
+  EXPECT_EQ(experiment.search_mesh.num_vertices(), ParseMeshSpec("strip:0.2x0.2x4").num_vertices());
+  const auto by_default = [&](const std::string& mesh, bool by_region) {
+    const std::string scene = by_region ? R"({"gravity": [0, 0, -9.81], "handles": {"region":
+                                   {"half_plane": {"offset": 0.02}}, "stiffness": 1e4}})"
+                                        : std::string(kScene);
+    const std::string text = R"({"experiments": [{"mesh": ")" + mesh + R"(", "scene": )" + scene +
+                             R"(, "measurements": [)" + markers + "]}]}";
+    return ReadExperiments(Write("e.json", text)).experiments.front().search_mesh.num_vertices();
+  };
+  EXPECT_EQ(by_default("strip:0.2x0.2x20", true), ParseMeshSpec("strip:0.2x0.2x10").num_vertices());
+  EXPECT_EQ(by_default("strip:0.2x0.2x20", false), 0);
+  EXPECT_EQ(by_default("strip:0.2x0.2x10", true), 0);
+  EXPECT_INPUT_ERROR(read("strip:0.2x0.3x4", "", markers),
+                     "e.json: key 'experiments[0]': key 'search_mesh': found another cloth");
+  EXPECT_INPUT_ERROR(read("strip:0.2x0.2x8", "", markers), "expected fewer than the");
+  EXPECT_INPUT_ERROR(read("strip:0.2x0.2x4", "", R"({"markers": "v.csv", "sigma": 1})"),
+                     "by numbers of vertices, expected no search_mesh");
+  EXPECT_INPUT_ERROR(read("strip:0.2x0.2x4", "", markers, false), "handles by numbers");
+  EXPECT_INPUT_ERROR(read("strip:0.2x0.2x4", R"(, "motion": {"steps": 2, "time_step": 0.01})",
+                          R"({"markers": "m.csv", "sigma": 0.01, "step": 2})"),
+                     "found a motion, whose branch is not sought");
 }
 
 // A picture of a drape from above with its camera.

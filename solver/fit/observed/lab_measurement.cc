@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/lab_measurement.h"
+#include "solver/fit/observed/lab_measurement.h"
 
 #include <algorithm>
 #include <cmath>

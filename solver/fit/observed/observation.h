@@ -14,7 +14,7 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
 #include "physics/util/options/field.h"
-#include "solver/fit/experiment.h"
+#include "solver/fit/observed/experiment.h"
 
 namespace drape {
 

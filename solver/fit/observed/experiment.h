@@ -17,7 +17,6 @@
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
 #include "physics/simulation/rollout.h"
-#include "solver/fit/parametrisation.h"
 
 namespace drape {
 
@@ -37,6 +36,7 @@ struct Measurement {
   int step = 0;  // of a moving cloth: after so many time steps
   // Numbers that differ from drape to drape; 0: as many as are independent (Readout).
   int num_telling = 0;
+  bool by_vertex_numbers = false;  // the readout is of the experiment's own mesh alone
   double pull = kPullOfShapes;
   Eigen::VectorXd start = {};  // a shape of the cloth near what was measured [m]; empty: none
   ImageQuality quality = {};   // of a picture: how far it can be trusted
@@ -52,6 +52,9 @@ struct Experiment {
   // measurement that has one, or flat, is number 0; the others are flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = -1;      // negative: 2, over a support 8 (CompleteExperiments)
+  // Another mesh of the cloth, at rest, on which the branch is sought before the fit ends on
+  // `mesh`; without vertices: none.
+  Mesh search_mesh = {};
   // Time steps of a moving cloth, with the steps that are seen as frames; it begins at its start
   // with this velocity [m/s], shape [3V]. None: the cloth is at rest.
   std::optional<RolloutOptions> motion = {};
@@ -97,54 +100,5 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
 double EnlargeSigma(double misfit, int count);
 // N of all its measurements.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
-
-// Experiments with one fabric, from a file or made in memory.
-struct ExperimentFile {
-  std::string material;                            // start tables (ReadMaterial); empty: not given
-  double density = 0.0;                            // [kg/m²]; 0: that of `material`
-  std::vector<Experiment> experiments;             // at least one
-  std::vector<std::string> lab_measurements = {};  // files (ReadLabMeasurements)
-  std::vector<FreeNumber> fitted = {};             // beside the tables
-};
-// Checks experiments and completes them: names where there are none, the frames that are seen, and
-// in_newtons under a load. Readouts are built once. Throws InputError that begins with `where`, the
-// file or what else a user knows them by.
-void CompleteExperiments(ExperimentFile& file, const std::string& where);
-// Reads and completes them. Paths are relative to the folder of the file. Throws InputError (file,
-// key, value, what was expected):
-//   {"material": "fabric.json", "density": 0.12, "lab_tests": ["warp.json"],
-//    "fit": ["density", "air_drag", …] (FreeNumber, with its tables),
-//    "experiments": [{"name": "square", "mesh": "strip:0.3x0.3x20" (ParseMeshSpec),
-//      "scene": "two_corners.json" or the object (ReadScene), "start": "state.json" (ReadStart),
-//      "random_starts": 2, "measurements": […, …],
-//      "motion": {"steps": 60, "time_step": 0.02, "velocity": [0, 0, 0],
-//                 "mass_damping": 0, "stiffness_damping": 0, "air_drag": 0, "wind": [0, 0, 0]}},
-//      …]}
-// "motion": a cloth that moves from its start [s, m/s, Dynamics]; each of its measurements has a
-// "step". Its branch is not searched: where all experiments move, the fit begins at the start
-// tables. Fitted wind and velocity are those of all motions. Where the density is fitted no branch
-// is searched, and some number must be in newtons: a force, a load, a drag that is not fitted, or a
-// tensile test. Without one a cloth shows only its stiffnesses by its density.
-// A measurement is one of
-//   {"markers": "markers.csv", "sigma": 0.002}                  [m] (ReadMarkers)
-//   {"shape": "registered.obj", "sigma": 0.002}                 [m], a vertex of it for each of
-//   ours
-//   {"points": "scan.ply", "sigma": 0.002, "spacing": 0.005, "max_distance": 0.02}
-//       [m] (ReadPointCloud); spacing: also how far cloth is from the points (UncoveredReadout)
-//   {"depth": "depth.png", "metres_per_count": 1e-4, "background": 1.5, "view": …, "sigma": 0.002}
-//       [m] (ReadDepthMap, DepthReadout)
-//   {"silhouette": "side.png", "view": …, "half_width": 1, "sigma": 0.3}   coverage
-//   {"outline": "drape.png", "camera_file": "camera.json", "sigma": 0.0007}
-//       [m] from above over a support, weft to the right (MeasureImage); default: its own camera
-//   {"angle": 41.5, "tip": [3, 4], "clamp": [0, 0, 0], "along": [1, 0, 0], "sigma": 1}   [°]
-//   {"force": [0, 0, 0.2], "vertices": [0, 20], "sigma": 0.001}
-//   {"force": 0.2, "along": [0, 0, 1], "sigma": 0.001}
-//       [N] of these handles, by default of all, on the cloth (HandleForceReadout)
-//   {"frequencies": [2.1, 5.3], "modes": [1, 3], "sigma": 0.05}
-//       [Hz] at rest (FrequencyReadout); modes: by default 1, 2, …
-// each with an optional "loss": {"huber": 2}, {"cauchy": 2} or {"tukey": 4}, in units of sigma. A
-// view is a camera (CameraJson) or {"camera": …, "position": [m], "target": [m], "up": [0, 0, 1]}
-// (LookAt); a camera may be the path of its file.
-ExperimentFile ReadExperiments(const std::string& path);
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/observation.h"
+#include "solver/fit/observed/observation.h"
 
 #include <glog/logging.h>
 
