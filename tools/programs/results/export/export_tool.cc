@@ -2,6 +2,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -35,7 +36,8 @@ struct ExportToolOptions {
   ExportOptions target;
   double thickness = 0.0;  // [m]; 0: not known
   LawKind law = LawKind::kSmooth;
-  std::string mesh = "disc:600";    // of the round trip
+  double edge = 0.01;               // of the target's mesh [m]; 0: rigidities as they are
+  std::string mesh = "disc:600";    // of the fabric's own drapes
   DiscsInput discs;                 // of the round trip; not given: those of the fit
   int starts = 3;                   // of the round trip; 0: none
   int seed = 1;                     // of the first start and of the samples of a posterior
@@ -57,10 +59,13 @@ struct RoundTrip {
 struct ExportedTarget {
   ExportTarget target;
   ExportedMaterial material;
-  std::optional<RoundTrip> round_trip;
+  double bend_factor = 1.0;
+  std::optional<RoundTrip> round_trip = {};  // by the hinges of the target where it has some
+  std::optional<RoundTrip> unfitted = {};    // the same without bend_factor
 };
 struct ExportRun {
   std::string out;
+  double edge = 0.0;  // ExportToolOptions
   ExchangeRecord record;
   std::vector<ExportedTarget> targets;
   std::vector<std::string> posterior_files;
@@ -71,6 +76,12 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
   return {EnumOption("linear_at", options.point,
                      "where the rigidities hold: drape: they have the bending energy of the "
                      "fabric's own drape; rest: at zero curvature"),
+          NumberOption("edge", &options.edge, 0, 0.05,
+                       "edge length of the mesh in the target: a target that bends at hinges gets "
+                       "the rigidities with which such a mesh drapes like the fabric; 0: the "
+                       "fabric's own",
+                       "m"),
+          EnumOption("faces", options.target.faces, "faces of that mesh (blender)"),
           EnumOption("isotropic", options.target.keep,
                      "what an isotropic membrane (newton) is given: the nearest sheet, or exact "
                      "shear, or exact stretch and c12"),
@@ -120,16 +131,26 @@ std::vector<Option> SampleOptions(PosteriorTableOptions& posterior) {
                    "they are independent")};
 }
 
-// Drapes of the original and of what the targets make of it, on one model.
+// A disc of triangles with edges of about that length.
+std::string DiscOfEdge(const DrapeDiscs& discs, double edge) {
+  const double area = M_PI * discs.specimen * discs.specimen,
+               of_vertex = std::sqrt(0.75) * edge * edge;
+  return "disc:" + std::to_string(std::lround(area / of_vertex));
+}
+
+// Drapes on one model.
 class Drapes {
  public:
+  // Of the fabric.
   Drapes(const ExportToolOptions& options, const RunControl& control)
-      : options_(options),
-        discs_(FindDiscs(options.discs, {options.fabric.path + "/summary.json"})),
-        model_(std::make_shared<ClothModel>(ParseMeshSpec(options.mesh, {}, discs_),
-                                            CusickScene({}, discs_.support), MakeLaw(options.law))),
-        backend_(MakeLoggedBackend("cpu", model_, CountThreads(options.threads), control)),
-        control_(control) {}
+      : Drapes(options, options.mesh, options.law, control) {}
+  // As a target drapes that bends at hinges: Blender gives all vertices one mass.
+  Drapes(const ExportToolOptions& options, ExportTarget target, const RunControl& control)
+      : Drapes(options, DiscOfEdge(FindFabricDiscs(options), options.edge), LawKind::kReference,
+               control) {
+    if (target == ExportTarget::kBlender)
+      model_->vertex_area.setConstant(model_->vertex_area.mean());
+  }
 
   std::vector<DrapeSample> Sample(const MaterialField& tables) const {
     return SampleEquilibria(*backend_, tables,
@@ -151,9 +172,21 @@ class Drapes {
   }
 
  private:
+  static DrapeDiscs FindFabricDiscs(const ExportToolOptions& options) {
+    return FindDiscs(options.discs, {options.fabric.path + "/summary.json"});
+  }
+  Drapes(const ExportToolOptions& options, const std::string& mesh, LawKind law,
+         const RunControl& control)
+      : options_(options),
+        discs_(FindFabricDiscs(options)),
+        model_(std::make_shared<ClothModel>(ParseMeshSpec(mesh, {}, discs_),
+                                            CusickScene({}, discs_.support), MakeLaw(law))),
+        backend_(MakeLoggedBackend("cpu", model_, CountThreads(options.threads), control)),
+        control_(control) {}
+
   const ExportToolOptions& options_;
   DrapeDiscs discs_;
-  std::shared_ptr<const ClothModel> model_;
+  std::shared_ptr<ClothModel> model_;
   std::unique_ptr<Backend> backend_;
   RunControl control_;
 };
@@ -187,16 +220,61 @@ bool SameTables(const MaterialField& a, const MaterialField& b) {
          std::equal(a.bend[0].entries(), a.bend[0].entries() + kBendEntries, b.bend[0].entries());
 }
 
+// The factor on rigidities with which the hinges of a target drape like the fabric: by a line
+// through the drape coefficients at several factors over their logarithms, since branches scatter
+// each. Those near the fabric's count most.
+void FitToHinges(const ExportToolOptions& options, const ExchangeRecord& record,
+                 const std::vector<DrapeSample>& original, const RunControl& control,
+                 ExportedTarget& target) {
+  constexpr double kLogFactors[] = {0.0, 0.35, 0.7, 1.05};
+  constexpr double kNear = 0.1, kLeastSlope = 0.03;  // of DC, and by ln(factor)
+  constexpr double kLeast = -0.35, kMost = 1.8;      // ln(factor)
+  const Drapes drapes(options, target.target, control);
+  const auto drape = [&](double log_factor, std::optional<RoundTrip>* trip) {
+    ExportOptions given = options.target;
+    given.bend_factor = std::exp(log_factor);
+    ExportedMaterial material = ExportMaterial(target.target, record, given);
+    const std::vector<DrapeSample> exported = drapes.Sample(material.tables);
+    if (exported.size() == original.size()) *trip = CompareRoundTrip(original, exported);
+    return material;
+  };
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();  // of DC = line · (1, ln(factor))
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (const double log_factor : kLogFactors) {
+    std::optional<RoundTrip> trip;
+    drape(log_factor, &trip);
+    if (!trip) return;  // cancelled
+    if (log_factor == 0.0) target.unfitted = trip;
+    if (trip->pairs == 0) continue;
+    const double off = trip->dc_exported - trip->dc_original;
+    const double weight = std::exp(-0.5 * off * off / (kNear * kNear));
+    const Eigen::Vector2d row(1.0, log_factor);
+    normal += weight * row * row.transpose();
+    right += weight * off * row;
+  }
+  const Eigen::Vector2d line = normal.ldlt().solve(right);
+  const double log_factor =
+      normal.determinant() > 0.0
+          ? std::clamp(-line[0] / std::max(kLeastSlope, line[1]), kLeast, kMost)
+          : 0.0;
+  target.material = drape(log_factor, &target.round_trip);
+  target.bend_factor = std::exp(log_factor);
+}
+
 // Drapes a fabric once for all targets that keep the same tables.
-void DrapeTargets(const Drapes& drapes, const MaterialField& tables,
-                  const std::vector<DrapeSample>& original, const RunControl& control,
-                  ExportRun* run) {
+void DrapeTargets(const ExportToolOptions& options, const Drapes& drapes,
+                  const MaterialField& tables, const std::vector<DrapeSample>& original,
+                  const RunControl& control, ExportRun* run) {
   std::vector<std::pair<MaterialField, RoundTrip>> known = {
       {tables, CompareRoundTrip(original, original)}};
   for (size_t i = 0; i < run->targets.size() && !control.cancelled(); ++i) {
     ExportedTarget& target = run->targets[i];
     control.Report(static_cast<double>(i) / static_cast<double>(run->targets.size()),
                    std::string(ToString(target.target)));
+    if (options.edge > 0.0 && BendsAtHinges(target.target)) {
+      FitToHinges(options, run->record, original, control, target);
+      continue;
+    }
     const auto same = std::find_if(known.begin(), known.end(), [&](const auto& entry) {
       return SameTables(entry.first, target.material.tables);
     });
@@ -269,12 +347,20 @@ std::string RoundTripText(const RoundTrip& trip) {
                 trip.nodes_original, trip.nodes_exported);
 }
 
-std::string TargetText(const ExportedTarget& exported, const std::string& folder) {
+std::string TargetText(const ExportedTarget& exported, const std::string& folder, double edge) {
   const ExportedMaterial& material = exported.material;
-  std::string text =
-      Format("%-8s %s/%s, %s\n", std::string(ToString(exported.target)).c_str(), folder.c_str(),
-             material.file.c_str(), material.verified ? "verified" : "unverified");
+  std::string text = Format("%-8s %s/%s\n", std::string(ToString(exported.target)).c_str(),
+                            folder.c_str(), material.file.c_str());
+  text += (material.verified ? "  verified: " : "  not verified: ") + material.evidence + "\n";
   if (exported.round_trip) text += "  here:  " + RoundTripText(*exported.round_trip) + "\n";
+  if (exported.unfitted)
+    text += Format(
+        "         by hinges of %g mm, with %.2f times the rigidities (the bending length of a "
+        "strip "
+        "x %.2f)\n"
+        "         with the fabric's own rigidities: %s\n",
+        1e3 * edge, exported.bend_factor, std::cbrt(exported.bend_factor),
+        RoundTripText(*exported.unfitted).c_str());
   for (const std::string& lost : material.lost) text += "  lost:  " + lost + "\n";
   return text + "  use:   " + material.use + "\n";
 }
@@ -293,14 +379,17 @@ Json RoundTripJson(const RoundTrip& trip) {
 
 Json TargetJson(const ExportedTarget& exported) {
   const ExportedMaterial& material = exported.material;
-  return {
-      {"target", ToString(exported.target)},
-      {"file", material.file},
-      {"use", material.use},
-      {"lost", material.lost},
-      {"status", material.verified ? "verified" : "unverified"},
-      {"evidence", material.evidence},
-      {"round_trip", exported.round_trip ? RoundTripJson(*exported.round_trip) : Json(nullptr)}};
+  return {{"target", ToString(exported.target)},
+          {"file", material.file},
+          {"use", material.use},
+          {"lost", material.lost},
+          {"status", material.verified ? "verified" : "unverified"},
+          {"evidence", material.evidence},
+          {"bend_factor", exported.bend_factor},
+          {"strip_bending_length_factor", std::cbrt(exported.bend_factor)},
+          {"round_trip", exported.round_trip ? RoundTripJson(*exported.round_trip) : Json(nullptr)},
+          {"round_trip_unfitted",
+           exported.unfitted ? RoundTripJson(*exported.unfitted) : Json(nullptr)}};
 }
 
 // The record, and of each target its file, what is lost and the round trip.
@@ -311,7 +400,7 @@ std::string ExportText(const ExportRun& run) {
                                                              : "the curvatures of its drape\n");
   for (const LaboratoryRow& number : run.record.numbers) text += "  " + number.Text() + "\n";
   text += Format("  %-10s %11.4g kg/m2\n", "density", run.record.material.density);
-  for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out);
+  for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out, run.edge);
   for (const std::string& file : run.posterior_files)
     text += "posterior " + run.out + "/" + file + "\n";
   return text;
@@ -321,6 +410,7 @@ void WriteExportSummary(const std::string& path, const ExportRun& run) {
   Json json = {{"tool", "drape_export"},
                {"source", run.record.source.path},
                {"record", RecordJson(run.record)},
+               {"edge_m", run.edge},
                {"targets", Json::array()}};
   for (const ExportedTarget& target : run.targets) json["targets"].push_back(TargetJson(target));
   json["posterior_files"] = run.posterior_files;
@@ -341,6 +431,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   const OutputFolder out(options.out, {"summary.json"});
   ExportRun run;
   run.out = options.out;
+  run.edge = options.edge;
   RecordOptions record = MakeRecordOptions(options);
   std::vector<DrapeSample> original;
   const bool at_drape = options.point == LinearPoint::kDrape;
@@ -352,8 +443,15 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   if (at_drape) record.weights = drapes.Weights(original);
   run.record = MakeRecord(source, law, record);
   for (const ExportTarget target : targets)
-    run.targets.push_back({target, ExportMaterial(target, run.record, options.target), {}});
-  if (options.starts > 0) DrapeTargets(drapes, source.material.field, original, control, &run);
+    run.targets.push_back(
+        {.target = target, .material = ExportMaterial(target, run.record, options.target)});
+  for (ExportedTarget& target : run.targets)
+    if (options.starts == 0 && options.edge > 0.0 && BendsAtHinges(target.target))
+      target.material.lost.emplace_back(
+          "the stiffness of a smooth sheet: hinges drape more softly, and --starts=0 leaves the "
+          "rigidities as they are");
+  if (options.starts > 0)
+    DrapeTargets(options, drapes, source.material.field, original, control, &run);
   run.cancelled = control.cancelled();
   if (run.cancelled) return run;
   for (const ExportedTarget& target : run.targets)

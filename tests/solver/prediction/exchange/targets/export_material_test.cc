@@ -81,6 +81,18 @@ TEST_F(ExportMaterialTest, EveryTargetSaysWhatIsLostAndHowFarItIsVerified) {
   }
 }
 
+TEST_F(ExportMaterialTest, TargetsThatBendAtHingesTakeTheFactor) {
+  for (const ExportTarget target : kExportTargets) {
+    const ExportedMaterial own = ExportMaterial(target, Record()),
+                           given = ExportMaterial(target, Record(), {.bend_factor = 2.0});
+    EXPECT_EQ(own.text != given.text, BendsAtHinges(target)) << ToString(target);
+    const double factor = BendsAtHinges(target) ? 2.0 : 1.0;
+    EXPECT_EQ(given.tables.bend[0].b[1][2], factor * own.tables.bend[0].b[1][2]);
+    EXPECT_EQ(given.tables.stretch[0].c[0][0], own.tables.stretch[0].c[0][0]);
+  }
+  EXPECT_FALSE(BendsAtHinges(ExportTarget::kClo));
+}
+
 // What the exported numbers mean in other simulators: their energies, written again from their
 // sources, against those of drapefit on the same triangles.
 

@@ -36,8 +36,9 @@ class ExportTool : public ToolFixture {
 };
 
 TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
-  const ProcessResult result = Export({"--fabric=" + kFabric, "--to=all", "--mesh=disc:150",
-                                       "--starts=1", "--thickness=4e-4", "--out=" + Path("out")});
+  const ProcessResult result =
+      Export({"--fabric=" + kFabric, "--to=all", "--mesh=disc:150", "--starts=1", "--edge=0.025",
+              "--thickness=4e-4", "--out=" + Path("out")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("record").at("name"), "cotton_blue");
@@ -47,9 +48,32 @@ TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
     EXPECT_TRUE(std::filesystem::exists(Path("out/" + file))) << file;
     EXPECT_THAT(result.out, testing::HasSubstr(file));
     EXPECT_EQ(target.at("round_trip").at("stable_pairs"), 1) << target;
-    const bool exact = target.at("target") == "arcsim";
-    EXPECT_EQ(target.at("round_trip").at("dc_change") == 0.0, exact) << target;
+    // The hinges of its coarse mesh would drape too softly.
+    const std::string name = target.at("target");
+    const bool has_hinges = name != "clo" && name != "json";
+    const Json& unfitted = target.at("round_trip_unfitted");
+    EXPECT_EQ(unfitted.is_null(), !has_hinges) << target;
+    EXPECT_EQ(target.at("bend_factor") != 1.0, has_hinges) << target;
+    if (!has_hinges) continue;
+    EXPECT_GT(target.at("bend_factor"), 1.2) << target;
+    EXPECT_LT(unfitted.at("dc_change"), -0.05) << target;
+    EXPECT_NEAR(target.at("round_trip").at("dc_change"), 0.0, 0.05) << target;  // of one start
   }
+  EXPECT_THAT(result.out, testing::HasSubstr("not verified: not run in CLO"));
+  EXPECT_THAT(result.out, testing::HasSubstr("by hinges of 25 mm, with "));
+}
+
+// Where no drape is computed nothing is fitted to a mesh, and the export says so.
+TEST_F(ExportTool, SaysThatRigiditiesAreNotFitted) {
+  const auto lost = [&](const std::string& edge) {
+    EXPECT_EQ(Export({"--fabric=" + kFabric, "--to=newton", "--starts=0", "--linear_at=rest",
+                      "--edge=" + edge, "--out=" + Path("out")})
+                  .exit_code,
+              0);
+    return ReadJson(Path("out/summary.json")).at("targets")[0].at("lost").dump();
+  };
+  EXPECT_THAT(lost("0.01"), testing::HasSubstr("--starts=0 leaves the rigidities as they are"));
+  EXPECT_THAT(lost("0"), testing::Not(testing::HasSubstr("--starts=0")));
 }
 
 TEST_F(ExportTool, RaisesNegativeEntriesWhereAsked) {
@@ -146,9 +170,10 @@ TEST_F(ExportTool, BlenderBendsWithTheRigidity) {
                  {"convention", "mechanical"},
                  {"density", kDensity}});
   Write("sheet.json", tables.dump());
-  ASSERT_EQ(
-      Export({Path("sheet.json"), "--to=blender", "--starts=0", "--out=" + Path("out")}).exit_code,
-      0);
+  ASSERT_EQ(Export({"--fabric=" + Path("sheet.json"), "--to=blender", "--starts=0",
+                    "--linear_at=rest", "--out=" + Path("out")})
+                .exit_code,
+            0);
   Write("strip.py", R"py(
 import math, sys
 import bpy
@@ -195,6 +220,43 @@ print("CHORD", sum(chords) / len(chords))
   }
   RecordProperty("recovered_over_exported", std::to_string(low / kRigidity));
   EXPECT_NEAR(low / kRigidity, 1.0, 0.02);
+}
+
+// Discs of 300 vertices in the real program, from three starts: as the fabric drapes, where its own
+// rigidities drape too softly there.
+TEST_F(ExportTool, BlenderDrapesLikeTheFabric) {
+  if (RunProcess({"/bin/sh", "-c", "command -v blender"}).exit_code != 0)
+    GTEST_SKIP() << "needs blender (apt-get install blender)";
+  ASSERT_EQ(Simulate({"--mesh=disc:300", "--steps=0", "--out=" + Path("flat")}).exit_code, 0);
+  const auto drape_there = [&](const std::string& edge) {
+    EXPECT_EQ(Export({"--fabric=" + kFabric, "--to=blender", "--mesh=disc:1200", "--edge=" + edge,
+                      "--out=" + Path("out")})
+                  .exit_code,
+              0);
+    double dc = 0.0;
+    for (const std::string start : {"1", "2", "3"}) {
+      const std::string drape = Path("blender_" + start + ".obj");
+      const ProcessResult run = RunProcess(
+          {"/bin/sh", "-c",
+           std::string("OMP_NUM_THREADS=1 blender -b --factory-startup --python '") +
+               DRAPE_SOURCE_DIR + "/tests/tools/programs/results/export/drape_in_blender.py' -- '" +
+               Path("out/blender_cloth.py") + "' '" + Path("flat/drape.obj") + "' '" + drape +
+               "' --held=0.09 --start=" + start});
+      EXPECT_THAT(run.out, testing::HasSubstr("MOVED")) << run.err;
+      const std::string measured =
+          RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_metrics", drape}).out;
+      constexpr std::string_view kPercent = "drape coefficient [%]";
+      dc += std::stod(measured.substr(measured.find(kPercent) + kPercent.size())) / 300.0;
+    }
+    return dc;
+  };
+  const double fitted = drape_there("0.0165");
+  const double fabric =
+      ReadJson(Path("out/summary.json")).at("targets")[0].at("round_trip").at("dc_original");
+  EXPECT_NEAR(fitted, fabric, 0.03);
+  const double unfitted = drape_there("0");
+  std::printf("DC of the fabric %.3f, in Blender %.3f, unfitted %.3f\n", fabric, fitted, unfitted);
+  EXPECT_LT(unfitted, fabric - 0.06);
 }
 
 TEST_F(ExportTool, ScriptsPassTheNumbersOfTheirSolver) {
