@@ -231,10 +231,12 @@ double Unroundness(const std::vector<cv::Point>& outline) {
 }
 
 bool IsRoundHole(const cv::Mat1b& hole, const cv::Mat1b& filled_cloth) {
-  constexpr double kOff = 0.15, kLeast = 0.3;  // of the radius of a disc of the cloth's area
+  // Of the radius of a disc of the cloth's area: where the hole fills more, no cloth hangs.
+  constexpr double kOff = 0.15, kLeast = 0.3, kMost = 0.96;
   const cv::Moments h = cv::moments(hole, true), c = cv::moments(filled_cloth, true);
-  const double radius = std::sqrt(c.m00 / M_PI);
-  return Unroundness(LongestOutline(hole)) < kRound && std::sqrt(h.m00 / M_PI) > kLeast * radius &&
+  const double radius = std::sqrt(c.m00 / M_PI), of_hole = std::sqrt(h.m00 / M_PI);
+  return Unroundness(LongestOutline(hole)) < kRound && of_hole > kLeast * radius &&
+         of_hole < kMost * radius &&
          std::hypot(h.m10 / h.m00 - c.m10 / c.m00, h.m01 / h.m00 - c.m01 / c.m00) < kOff * radius;
 }
 

@@ -8,6 +8,7 @@
 #include "losses/metrics/metrics.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/photograph.h"
+#include "tests/physics/file_fixture.h"
 
 namespace drape {
 namespace {
@@ -93,6 +94,17 @@ TEST(Segmentation, FillsTheSupportOfAPaperRing) {
   EXPECT_EQ(found.image.coverage, Star().coverage);
   EXPECT_THAT(found.segmentation.Notes(),
               ElementsAre("the round hole in the middle of the cloth was filled: the support"));
+}
+
+// A line around a place is no cloth with a support in its middle.
+TEST(Segmentation, RefusesARingInWhichNoClothHangs) {
+  GrayImage ring(256, 256);
+  for (int row = 0; row < ring.height; ++row)
+    for (int col = 0; col < ring.width; ++col) {
+      const double r = std::hypot(col - 127.5, row - 127.5);
+      if (r < 85 && r > 83) ring.at(col, row) = 1.0f;
+    }
+  EXPECT_INPUT_ERROR(SegmentSilhouette(ring, "a.png"), "holes in the cloth");
 }
 
 Camera SmallCamera() {
