@@ -49,7 +49,8 @@ std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& 
   if (observation.experiment != nullptr) return MakeSights(*observation.experiment, model);
   const auto readout = std::make_shared<OutlineReadout>(
       model.mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
-  return {{.readouts = {readout}, .data = observation.radius, .sigma = sigma_px}};
+  return {
+      {.readouts = {readout}, .data = observation.radius, .sigma = sigma_px, .is_contour = true}};
 }
 
 std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
@@ -74,10 +75,10 @@ RolloutResiduals ObservationResiduals(Backend* backend,
   return {parametrisation, MakeBlocks(backend, observations, starts, options), options};
 }
 
-int RolloutBlock::num_telling() const {
+int RolloutBlock::num_independent() const {
   int sum = 0;
   for (const Sight& sight : sights)
-    sum += sight.num_telling > 0 ? sight.num_telling : static_cast<int>(sight.data.size());
+    sum += sight.num_telling > 0 ? CountIndependent(sight) : static_cast<int>(sight.data.size());
   return sum;
 }
 

@@ -108,7 +108,7 @@ struct RolloutBlock {
   bool has_own_bend = false;  // the bend entries are those of `prepare` alone
 
   int num_residuals() const;
-  int num_telling() const;  // of them (Measurement::num_telling); without experiments all
+  int num_independent() const;  // of them (CountIndependent); without experiments all
 };
 
 // A run on a CPU backend of its own.

@@ -98,6 +98,18 @@ FitSummary FitScales(const RolloutResiduals& residuals, int scales, bool moves,
   return best;
 }
 
+// Scales the rows of contours as WithIndependentContours does.
+void WidenContours(const RolloutResiduals& residuals, Eigen::MatrixXd& jacobian) {
+  for (int i = 0, row = 0; i < residuals.num_blocks() && jacobian.size() > 0; ++i)
+    for (const Sight& sight : residuals.block(i).sights) {
+      const auto rows = static_cast<int>(sight.data.size());
+      if (sight.is_contour)
+        jacobian.middleRows(row, rows) *=
+            std::sqrt(double(CountIndependent(sight)) / sight.num_telling);
+      row += rows;
+    }
+}
+
 // Fits laboratory measurements and motions alone: few parameters first, since far from the solution
 // single entries are changed into tables that no strip resists. First scales about the start
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
@@ -139,6 +151,7 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
       break;
     }
     best = std::move(summary);
+    WidenContours(residuals, best.jacobian);
     problem.material = parametrisation.Material(best.theta);
     velocity = parametrisation.StartVelocity(best.theta);
     if (best.termination == FitTermination::kCancelled || tying == last) break;
@@ -240,7 +253,7 @@ WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
   double enlarged = 1.0;
   for (const MeasurementReport& each : report.measurements) {
     if (each.misfit > kTrustedMisfit) return {};
-    enlarged = std::max(enlarged, EnlargeSigma(each.misfit, each.count));
+    enlarged = std::max(enlarged, EnlargeSigma(each.misfit, each.independent));
   }
   const Eigen::Index rows = jacobian.rows();
   return {.jacobian = std::move(jacobian),
@@ -405,7 +418,8 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   report.measurements = ReportMeasurements(problem, FittedShapes(report, *best), report.material);
   ReportDynamics(spec, problem, report);
   const Eigen::MatrixXd jacobian =
-      control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
+      control.cancelled() ? Eigen::MatrixXd()
+                          : FitJacobian(WithIndependentContours(problem), spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
   const LinearFabric linear =

@@ -517,6 +517,7 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
     reports.push_back({.experiment = experiment.name,
                        .name = experiment.measurements[i].name,
                        .count = count,
+                       .independent = CountIndependent(sight),
                        .misfit = std::sqrt(squares / count),
                        .largest = residual.cwiseAbs().maxCoeff()});
   };

@@ -68,7 +68,8 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
 // A measurement of an experiment beside the fitted cloth.
 struct MeasurementReport {
   std::string experiment, name;
-  int count = 0;  // of its numbers
+  int count = 0;        // of its numbers
+  int independent = 0;  // of them (CountIndependent)
   // Root mean square of their residuals, as their loss counts them, and the largest [sigma].
   double misfit = 0.0, largest = 0.0;
 };

@@ -134,7 +134,7 @@ class ElementFitter {
 // The squares of the residuals that are by PosteriorFit::sigma: all of an experiment; of images
 // the outlines', which come before the strips'.
 double SquaresBySigma(const PosteriorFit& fit, const Eigen::VectorXd& residual) {
-  return (fit.of_experiment ? residual : residual.head(fit.telling)).squaredNorm();
+  return (fit.of_experiment ? residual : residual.head(fit.independent)).squaredNorm();
 }
 
 // The posterior given the observed branches, each extrapolated linearly past its end.
@@ -245,7 +245,7 @@ void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
         std::numeric_limits<double>::quiet_NaN();
     return;
   }
-  const double count = fit->telling;
+  const double count = fit->independent;
   Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
   for (int s = 0; s < fit->elbo_samples_valid; ++s) {
     squares[s] = SquaresBySigma(*fit, residuals[s]);
@@ -282,7 +282,7 @@ MapEstimator::MapEstimator(const FitProblem& problem, const StagedFitOptions& st
   fit_.kind = options.kind;
   fit_.of_experiment = FindExperiment(problem) != nullptr;
   SetHierarchy(candidate);
-  fit_.telling = CountTelling();
+  fit_.independent = CountIndependentNumbers();
   const double given = fit_.of_experiment ? 1.0 : staged.residuals.sigma_px;
   fit_.sigma = options.estimate_sigma ? SigmaBy(candidate.profile_rms) : given;
   SetSpecimens(candidate);
@@ -335,23 +335,27 @@ void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
   }
 }
 
-int MapEstimator::CountTelling() const {
+int MapEstimator::CountIndependentNumbers() const {
   const Experiment* experiment = FindExperiment(problem_);
   if (experiment == nullptr) return options_.angles * int(problem_.observations.size());
-  int telling = CountResiduals(*experiment, problem_.fine->model());
-  for (const RolloutBlock& block : BlocksOfFabric()) telling += block.num_telling();
-  return telling;
+  int sum = 0;
+  for (const Sight& sight : MakeSights(*experiment, problem_.fine->model()))
+    sum += CountIndependent(sight);
+  for (const RolloutBlock& block : BlocksOfFabric()) sum += block.num_independent();
+  return sum;
 }
 
 // σ, or the factor on it, where the residuals are as large, root mean square.
 double MapEstimator::SigmaBy(double misfit) const {
-  return fit_.of_experiment ? EnlargeSigma(misfit, fit_.telling) : std::max(kLeastSigma, misfit);
+  return fit_.of_experiment ? EnlargeSigma(misfit, fit_.independent)
+                            : std::max(kLeastSigma, misfit);
 }
 
 // Strips and further experiments, which elements with tables of their own do not have.
 std::vector<RolloutBlock> MapEstimator::BlocksOfFabric() const {
   if (options_.kind != PosteriorKind::kHierarchy) return {};
-  std::vector<RolloutBlock> blocks = FurtherBlocks(problem_, control_.cancel);
+  std::vector<RolloutBlock> blocks =
+      FurtherBlocks(WithIndependentContours(problem_), control_.cancel);
   for (RolloutBlock& block : blocks)
     for (Sight& sight : block.sights)
       if (fit_.of_experiment) sight.sigma *= fit_.sigma;
@@ -361,7 +365,7 @@ std::vector<RolloutBlock> MapEstimator::BlocksOfFabric() const {
 // An outline is at the posterior's angles, an experiment has σ times their factor.
 Observation MapEstimator::ForPosterior(Observation observation) const {
   if (fit_.of_experiment) {
-    Experiment enlarged = *observation.experiment;
+    Experiment enlarged = WithIndependentContours(*observation.experiment);
     for (Measurement& each : enlarged.measurements) each.sigma *= fit_.sigma;
     observation.experiment = std::make_shared<const Experiment>(std::move(enlarged));
     return observation;
@@ -435,7 +439,7 @@ void MapEstimator::StartFrom(const std::vector<Eigen::VectorXd>& shapes) {
 // its Laplace covariance).
 void MapEstimator::EstimateSigma(const Eigen::VectorXd& residual) {
   const double determined = mean_.size() - fit_.mode.gaussian.Covariance().trace();
-  const double freedom = std::max(1.0, fit_.telling - determined);
+  const double freedom = std::max(1.0, fit_.independent - determined);
   fit_.sigma = SigmaBy(fit_.sigma * std::sqrt(SquaresBySigma(fit_, residual) / freedom));
   if (!fit_.of_experiment) return;
   for (std::size_t i = 0; i < problem_.observations.size(); ++i)

@@ -100,7 +100,7 @@ struct PosteriorFit {
   // Given or estimated: σ of the outline [px]; of an experiment, the factor on its σ.
   double sigma = 0.0;
   bool of_experiment = false;
-  int telling = 0;  // numbers that a χ² counts
+  int independent = 0;  // numbers that a χ² counts
   // Evidence lower bound by independent samples [nat] and its standard error; k̂ of their importance
   // weights: below 0.7 the approximation is reliable. kElements: of ln p(r, m, s), see
   // posterior_fit.h. NaN if fewer than 25 of these samples are valid: then nothing confirms the
@@ -140,7 +140,7 @@ class MapEstimator {
   MapEstimator(const MapEstimator&) = delete;
   MapEstimator& operator=(const MapEstimator&) = delete;
 
-  // Fills hierarchy, specimen, mode, sigma, telling, counts. False when there is none.
+  // Fills hierarchy, specimen, mode, sigma, independent, counts. False when there is none.
   [[nodiscard]] bool Find();
   // Fills materials, shapes and reported_at_mode. False when the drapes at the mode are not stable
   // either.
@@ -160,7 +160,7 @@ class MapEstimator {
  private:
   void SetHierarchy(const FitCandidate& candidate);
   void SetSpecimens(const FitCandidate& candidate);
-  int CountTelling() const;
+  int CountIndependentNumbers() const;
   double SigmaBy(double misfit) const;
   Observation ForPosterior(Observation observation) const;
   std::vector<RolloutBlock> BlocksOfFabric() const;

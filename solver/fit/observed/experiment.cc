@@ -20,7 +20,15 @@ State MakeStart(const Experiment& experiment, const ClothModel& model, int numbe
   Eigen::VectorXd x = mesh.rest_x;
   if (number > 0) {
     const double support = SupportRadius(model.scene).value_or(0.0);
-    x = ApplyStartShape(mesh, support, RandomStartShape(static_cast<uint64_t>(number), kWaves));
+    Mesh centred = mesh;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    if (support == 0.0) {  // waves about the middle of the cloth, wherever it lies
+      const Eigen::Map<const Eigen::Matrix3Xd> rest(mesh.rest_x.data(), 3, mesh.num_vertices());
+      middle = 0.5 * (rest.rowwise().minCoeff() + rest.rowwise().maxCoeff());
+    }
+    centred.rest_x -= middle.replicate(mesh.num_vertices(), 1);
+    x = ApplyStartShape(centred, support, RandomStartShape(static_cast<uint64_t>(number), kWaves)) +
+        middle.replicate(mesh.num_vertices(), 1);
   } else if (experiment.start.size() > 0) {
     x = mesh.num_vertices() == experiment.mesh.num_vertices()
             ? experiment.start
@@ -55,7 +63,7 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& mo
                 .loss = each.loss,
                 .frame = frame,
                 .num_telling = each.num_telling,
-                .pull = each.pull};
+                .is_contour = each.is_contour};
     if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
     if (sight.num_telling == 0) sight.num_telling = sight.readouts.front()->num_independent();
     sights.push_back(std::move(sight));
@@ -106,6 +114,18 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
     count += sight.num_telling;
   }
   return std::sqrt(2.0 * cost / static_cast<double>(count));
+}
+
+int CountIndependent(const Sight& sight) {
+  return sight.is_contour ? std::min(kContourNumbers, sight.num_telling) : sight.num_telling;
+}
+
+Experiment WithIndependentContours(Experiment experiment) {
+  for (Measurement& each : experiment.measurements) {
+    const double telling = each.num_telling > 0 ? each.num_telling : double(each.data.size());
+    if (each.is_contour) each.sigma *= std::sqrt(std::max(1.0, telling / kContourNumbers));
+  }
+  return experiment;
 }
 
 double EnlargeSigma(double misfit, int count) {

@@ -37,7 +37,8 @@ struct Measurement {
   // Numbers that differ from drape to drape; 0: as many as are independent (Readout).
   int num_telling = 0;
   bool by_vertex_numbers = false;  // the readout is of the experiment's own mesh alone
-  double pull = kPullOfShapes;
+  // An outline or a silhouette: its numbers are not independent nearer than its folds.
+  bool is_contour = false;
   Eigen::VectorXd start = {};  // a shape of the cloth near what was measured [m]; empty: none
   ImageQuality quality = {};   // of a picture: how far it can be trusted
 };
@@ -78,7 +79,7 @@ struct Sight {
   std::shared_ptr<ceres::LossFunction> loss = {};  // as Measurement::loss
   int frame = -1;                                  // of the run's frames; −1: its end
   int num_telling = 0;                             // as Measurement, of an experiment
-  double pull = kPullOfContours;                   // as Measurement
+  bool is_contour = false;                         // as Measurement
 };
 std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model);
 
@@ -94,6 +95,13 @@ double WeighByLoss(const Sight& sight, Eigen::Ref<Eigen::VectorXd> residual,
 // where they are as large as their standard deviations. Nothing where the shape cannot be read.
 std::optional<double> Misfit(const Experiment& experiment, const ClothModel& model,
                              const MaterialField& material, const Eigen::VectorXd& x);
+// Contours tell no more than so many independent numbers.
+inline constexpr int kContourNumbers = 36;
+// The telling numbers of a sight that are independent.
+int CountIndependent(const Sight& sight);
+// The experiment for intervals: σ of contours is as much larger as they have more telling numbers
+// than independent ones.
+Experiment WithIndependentContours(Experiment experiment);
 // The factor on the standard deviations of `count` telling residuals whose misfit it is. Beyond
 // chance a misfit is an error of the model or another branch, which the residuals have in common
 // [METHODS, P75].

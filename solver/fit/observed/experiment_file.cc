@@ -196,7 +196,7 @@ Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string&
     for (int column = 0; column < image.width; ++column)
       measurement.data[row * image.width + column] = image.at(column, row);
   measurement.num_telling = std::max(1, CountAtOutline(image));
-  measurement.pull = kPullOfContours;
+  measurement.is_contour = true;
   return measurement;
 }
 
@@ -227,7 +227,7 @@ Measurement MakeOutlineMeasurement(const JsonInput& input, const std::string& fo
               },
           .data = outline.radius,
           .sigma = seen.camera.pixels_per_metre(),
-          .pull = kPullOfContours,
+          .is_contour = true,
           .start = FlapsFromOutline(model.mesh, *support,
                                     VerticalProfile(outline.radius, seen.camera, discs), kLift),
           .quality = seen.quality};

@@ -43,6 +43,23 @@ struct Seen {
   }
 };
 
+// The share of its way that each group of a sight goes, 1 without a loss: of a robust one, numbers
+// that are further off than most count less, so that outliers hardly pull.
+std::vector<double> ListShares(const Sight& sight, const Eigen::VectorXd& r) {
+  const int group = sight.readouts.front()->group();
+  std::vector<double> shares(r.size() / group, 1.0);
+  if (sight.loss == nullptr) return shares;
+  std::vector<double> squares;
+  for (Eigen::Index row = 0; row < r.size(); row += group)
+    squares.push_back((sight.data.segment(row, group) - r.segment(row, group)).squaredNorm());
+  std::vector<double> sorted = squares;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  for (std::size_t i = 0; i < shares.size(); ++i)
+    if (squares[i] > 0.0) shares[i] = *middle / (*middle + squares[i]);
+  return shares;
+}
+
 // What each vertex has of a sight: all that a number reads go as far, along its gradient by them,
 // as brings it to what was measured.
 std::vector<Seen> ListSeen(const Sight& sight, const Eigen::VectorXd& x, int num_vertices) {
@@ -51,6 +68,7 @@ std::vector<Seen> ListSeen(const Sight& sight, const Eigen::VectorXd& x, int num
   ReadoutJacobian dr_dx;
   const Readout& readout = *sight.readouts.front();
   if (readout.reads_material() || !readout.Read(x, &r, &dr_dx)) return seen;
+  const std::vector<double> shares = ListShares(sight, r);
   for (Eigen::Index k = 0; k < r.size(); ++k) {
     std::map<int, Eigen::Vector3d> by_vertex;
     for (ReadoutJacobian::InnerIterator it(dr_dx, k); it; ++it)
@@ -59,7 +77,8 @@ std::vector<Seen> ListSeen(const Sight& sight, const Eigen::VectorXd& x, int num
     double sum = 0.0;
     for (const auto& [vertex, gradient] : by_vertex) sum += gradient.norm();
     if (!(sum > 0.0)) continue;
-    const double distance = std::clamp((sight.data[k] - r[k]) / sum, -kFurthest, kFurthest);
+    const double distance = shares[k / readout.group()] *
+                            std::clamp((sight.data[k] - r[k]) / sum, -kFurthest, kFurthest);
     for (const auto& [vertex, gradient] : by_vertex)
       seen[vertex].Add(gradient.stableNormalized(), gradient.norm() / sum, distance);
   }
@@ -113,7 +132,8 @@ SettledDrape SettleGuided(Backend& backend, const MaterialField& material, const
     const double share = std::min(1.0, double(pulled + fading - i) / (fading + 1));
     const Eigen::VectorXd x = state.x;
     for (const Sight& sight : sights)
-      state.v += options.steps.h * share * sight.pull * DisplacementTo(backend.model(), sight, x);
+      state.v += options.steps.h * share * (sight.is_contour ? kPullOfContours : kPullOfShapes) *
+                 DisplacementTo(backend.model(), sight, x);
     const RolloutInput input{&material, &state};
     RolloutResult step = std::move(backend.Rollouts({&input, 1}, one_step, nullptr).front());
     if (step.status != RolloutStatus::kOk) return {.steps = step.status, .rest = {}};

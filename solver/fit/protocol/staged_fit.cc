@@ -370,6 +370,16 @@ const Experiment* FindExperiment(const FitProblem& problem) {
   return problem.observations.empty() ? nullptr : problem.observations.front().experiment.get();
 }
 
+FitProblem WithIndependentContours(FitProblem problem) {
+  const auto widen = [](std::shared_ptr<const Experiment>& experiment) {
+    if (experiment != nullptr)
+      experiment = std::make_shared<const Experiment>(WithIndependentContours(*experiment));
+  };
+  for (Observation& each : problem.observations) widen(each.experiment);
+  for (SettledExperiment& each : problem.further) widen(each.experiment);
+  return problem;
+}
+
 const char* MisfitUnit(const FitProblem& problem) {
   return FindExperiment(problem) == nullptr ? "px" : "sigma";
 }

@@ -71,6 +71,7 @@ class ExperimentFitTest : public FitJobTest {
 
 TEST_F(ExperimentFitTest, MarkersGiveTheStiffnessOfAnotherMesh) {
   WriteExperiments();
+  spec_.stages.iterations = {10};
   RunControl control;
   std::string said;
   control.log = [&](const std::string& line) { said += line + "\n"; };

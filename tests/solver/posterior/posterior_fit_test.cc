@@ -166,7 +166,7 @@ TEST(ParetoShape, EqualWeightsHaveNoTail) {
 PosteriorFit ScoreOfEqualDraws(int count) {
   PosteriorFit fit;
   fit.sigma = 2.0;
-  fit.telling = 4;
+  fit.independent = 4;
   const Eigen::VectorXd residual = Eigen::VectorXd::Constant(4, 0.5);
   EstimateElbo(std::vector<Eigen::VectorXd>(count, residual), std::vector<double>(count, -3.0),
                &fit);

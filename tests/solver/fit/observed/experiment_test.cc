@@ -350,6 +350,15 @@ TEST_F(ExperimentFileTest, PixelsAtTheOutlineOfASilhouetteCount) {
       Read(R"({"silhouette": "side.png", "sigma": 1, "view": )" + CameraJson(camera).dump() + "}");
   const int inside = 2 * (40 + 20) - 4, outside = 2 * (40 + 20);
   EXPECT_EQ(CountResiduals(experiment, MakeModel(experiment)), inside + outside);
+  // Neighbours on a contour err together: for intervals it is 36 numbers, and markers are as
+  // before.
+  EXPECT_EQ(CountIndependent(MakeSights(experiment, MakeModel(experiment))[0]), 36);
+  EXPECT_NEAR(WithIndependentContours(experiment).measurements[0].sigma,
+              std::sqrt((inside + outside) / 36.0), 1e-12);
+  Write("m.csv", "weft_m,warp_m,x_m,y_m,z_m\n0.1,0.0,0.1,0,0\n");
+  const Experiment markers = Read(R"({"markers": "m.csv", "sigma": 0.01})");
+  EXPECT_EQ(CountIndependent(MakeSights(markers, MakeModel(markers))[0]), 3);
+  EXPECT_EQ(WithIndependentContours(markers).measurements[0].sigma, 0.01);
 }
 
 // Who reads of a file that is missing or wrong also reads which key led to it.
