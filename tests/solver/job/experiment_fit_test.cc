@@ -71,7 +71,8 @@ class ExperimentFitTest : public FitJobTest {
 
 TEST_F(ExperimentFitTest, MarkersGiveTheStiffnessOfAnotherMesh) {
   WriteExperiments();
-  spec_.stages.iterations = {10};
+  spec_.stages.candidates_per_round = {2};
+  spec_.stages.iterations = {8};
   RunControl control;
   std::string said;
   control.log = [&](const std::string& line) { said += line + "\n"; };
