@@ -27,6 +27,9 @@ constexpr int kRegressors = kNumFeatures + kAmplitudes + 2 * (kLastDirected - kF
 constexpr double kRidge = 0.1;        // beside the weights of drapes, of which the largest is 1
 constexpr double kFromBounds = 1e-6;  // BoundedNumber::From
 constexpr double kLeastShare = 1e-9;  // of the largest weight
+// Of a regressor, in its unit: beside its rounding errors in drapes that are all alike, a seen
+// drape would be infinitely far from them.
+constexpr double kLeastSpread = 1e-6;
 
 BoundedNumber InRange(int number) {
   return {NumberRanges()[number].low, NumberRanges()[number].high};
@@ -61,7 +64,7 @@ Eigen::MatrixXd StandardisedRegressors(const DrapePool& pool, const std::vector<
   const Eigen::RowVectorXd mean = all.colwise().mean();
   const Eigen::RowVectorXd deviation =
       ((all.rowwise() - mean).colwise().squaredNorm() / double(all.rows())).cwiseSqrt();
-  return all * deviation.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
+  return all * deviation.cwiseMax(kLeastSpread).cwiseInverse().asDiagonal();
 }
 
 // Numbers on the real line, shape [drapes, kSpecimenNumbers], as they would be where the regressors
