@@ -110,6 +110,18 @@ void WidenContours(const RolloutResiduals& residuals, Eigen::MatrixXd& jacobian)
     }
 }
 
+bool HasMotion(const FitProblem& problem) {
+  return std::ranges::any_of(problem.further, [](const SettledExperiment& each) {
+    return each.experiment->motion.has_value();
+  });
+}
+
+// The models that are fitted one after the other, up to the last.
+std::vector<ParameterTying> ListStages(ParameterTying last) {
+  if (!FreesStretch(last)) return {ParameterTying::kBendScale, ParameterTying::kBendRows};
+  return {ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries};
+}
+
 // Fits laboratory measurements and motions alone: few parameters first, since far from the solution
 // single entries are changed into tables that no strip resists. First scales about the start
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
@@ -124,13 +136,8 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double seconds = 0.0;
   RolloutCounts counts;
-  const bool moves = std::ranges::any_of(problem.further, [](const SettledExperiment& each) {
-    return each.experiment->motion.has_value();
-  });
-  const std::vector<ParameterTying> stages =
-      FreesStretch(last)
-          ? std::vector{ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries}
-          : std::vector{ParameterTying::kBendScale, ParameterTying::kBendRows};
+  const bool moves = HasMotion(problem);
+  const std::vector<ParameterTying> stages = ListStages(last);
   for (const ParameterTying tying : stages) {
     const TableParametrisation table(base, tying);
     const DynamicsParametrisation parametrisation(table, problem.fitted);

@@ -133,9 +133,15 @@ std::vector<Option> SampleOptions(PosteriorTableOptions& posterior) {
 
 // A disc of triangles with edges of about that length.
 std::string DiscOfEdge(const DrapeDiscs& discs, double edge) {
-  const double area = M_PI * discs.specimen * discs.specimen,
-               of_vertex = std::sqrt(0.75) * edge * edge;
-  return "disc:" + std::to_string(std::lround(area / of_vertex));
+  constexpr int kLeast = 100, kMost = 10000;  // vertices; the most take minutes
+  const double area = M_PI * discs.specimen * discs.specimen;
+  const auto edge_of = [&](int vertices) { return std::sqrt(area / (std::sqrt(0.75) * vertices)); };
+  const auto vertices = static_cast<int>(std::lround(std::pow(edge_of(1) / edge, 2)));
+  if (vertices < kLeast || vertices > kMost)
+    throw InputError("option 'edge'",
+                     Format("found %g m, expected 0 or %.2g to %.2g m on this disc", edge,
+                            edge_of(kMost), edge_of(kLeast)));
+  return "disc:" + std::to_string(vertices);
 }
 
 // Drapes on one model.

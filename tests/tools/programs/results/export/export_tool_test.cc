@@ -288,6 +288,9 @@ TEST_F(ExportTool, BadInputIsOneLine) {
                      "expected --key=value");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=maya", out}), "maya");
   ExpectOneLineError(Export({"--fabric=" + kFabric, out}), "'to'");
+  for (const std::string edge : {"0.001", "0.05"})
+    ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=ppf", "--edge=" + edge, out}),
+                       "expected 0 or 0.0029 to 0.029 m");
   ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--isotropic=both", out}),
                      "nearest");
   ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=clo", out}), "found no material.json");
