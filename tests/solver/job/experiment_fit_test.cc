@@ -286,6 +286,20 @@ TEST_F(StripFitTest, AMotionGivesDampingAndDrag) {
   EXPECT_NEAR(Bend(), 3.0, 0.3);
 }
 
+// From the start tables alone both end in valleys with a tenth of the bending stiffness.
+TEST_F(StripFitTest, AMotionIsFittedFromSeveralScales) {
+  spec_.stages.parameters = ParameterTying::kScales;
+  const std::string mesh = "strip:0.2x0.2x8";
+  const auto model = MakeModel(mesh, kCorners);
+  for (const auto& [stretch, bend] : {std::pair{1.0, 10.0}, {3.0, 3.0}}) {
+    const nlohmann::json film =
+        Film(*model, Scaled(TestMaterial(), stretch, bend), Eigen::Vector3d::Zero(),
+             {.h = 0.02, .steps = 20, .frames = {4, 8, 12, 16, 20}});
+    FitStrip(mesh, {{"steps", 20}, {"time_step", 0.02}}, film, {});
+    EXPECT_NEAR(Bend() / bend, 1.0, 0.01) << stretch;
+  }
+}
+
 // Models that the fitted one contains belong to a search, and a motion has none.
 TEST_F(StripFitTest, AMotionKeepsTheTablesThatWereFitted) {
   const auto model = MakeModel("strip:0.15x0.03x6", kHeldEdge);
