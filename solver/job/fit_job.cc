@@ -92,7 +92,7 @@ FitSummary FitScales(const RolloutResiduals& residuals, int scales, bool moves,
       best = std::move(fit);
     if (IsCancelled(options)) break;
   }
-  if (IsCancelled(options)) best.termination = FitTermination::kCancelled;
+  if (IsCancelled(options) && best.theta.size() > 0) best.termination = FitTermination::kCancelled;
   best.seconds = seconds;
   best.counts = counts;
   return best;
