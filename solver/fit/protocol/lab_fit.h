@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "solver/fit/fit.h"
+#include "solver/fit/protocol/staged_fit.h"
+
+namespace drape {
+
+// Fits laboratory measurements and motions alone: few parameters first, since far from the solution
+// single entries are changed into tables that no strip resists. First scales about the start
+// tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
+// a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
+// not. Cloth that moves is fitted from several scales of the start tables [METHODS, P75].
+FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
+                          std::string* note);
+
+}  // namespace drape
