@@ -231,7 +231,7 @@ double Unroundness(const std::vector<cv::Point>& outline) {
 }
 
 bool IsRoundHole(const cv::Mat1b& hole, const cv::Mat1b& filled_cloth) {
-  // Of the radius of a disc of the cloth's area: where the hole fills more, no cloth hangs.
+  // Shares of the radius of a disc of the cloth's area: where the hole fills more, no cloth hangs.
   constexpr double kOff = 0.15, kLeast = 0.3, kMost = 0.96;
   const cv::Moments h = cv::moments(hole, true), c = cv::moments(filled_cloth, true);
   const double radius = std::sqrt(c.m00 / M_PI), of_hole = std::sqrt(h.m00 / M_PI);

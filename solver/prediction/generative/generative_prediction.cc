@@ -27,8 +27,8 @@ constexpr int kRegressors = kNumFeatures + kAmplitudes + 2 * (kLastDirected - kF
 constexpr double kRidge = 0.1;        // beside the weights of drapes, of which the largest is 1
 constexpr double kFromBounds = 1e-6;  // BoundedNumber::From
 constexpr double kLeastShare = 1e-9;  // of the largest weight
-// Of a regressor, in its unit: beside its rounding errors in drapes that are all alike, a seen
-// drape would be infinitely far from them.
+// The least deviation of a regressor, in its unit: beside its rounding errors in drapes that are
+// all alike, a seen drape would be infinitely far from them.
 constexpr double kLeastSpread = 1e-6;
 
 BoundedNumber InRange(int number) {

@@ -286,7 +286,7 @@ TEST_F(StripFitTest, AMotionGivesDampingAndDrag) {
   EXPECT_NEAR(Bend(), 3.0, 0.3);
 }
 
-// From the start tables alone both end in valleys with a tenth of the bending stiffness.
+// Both end in valleys with a tenth of the bending stiffness from the start tables alone.
 TEST_F(StripFitTest, AMotionIsFittedFromSeveralScales) {
   spec_.stages.parameters = ParameterTying::kScales;
   const std::string mesh = "strip:0.2x0.2x8";

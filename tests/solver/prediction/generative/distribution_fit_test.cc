@@ -89,7 +89,7 @@ TEST_F(DistributionFitTest, IsAMinimumOfTheScore) {
   options_ = {.least_effective = 20.0, .resamples = 0, .cross_validate = false, .iterations = 200};
   const DistributionFit fit = FitDistribution(pool, seen_, options_, {});
   const double here = ScoreDrapes(pool, fit.best, seen_, options_).mean();
-  // By two choices of drapes, of which twenty count.
+  // Two choices of drapes, of which twenty count.
   EXPECT_NEAR(here, fit.score, 0.15 * fit.score);
   for (const double step : {-0.2, 0.2}) {
     SpecimenDistribution moved = fit.best;

@@ -147,10 +147,10 @@ std::string DiscOfEdge(const DrapeDiscs& discs, double edge) {
 // Drapes on one model.
 class Drapes {
  public:
-  // Of the fabric.
+  // Drapes of the fabric.
   Drapes(const ExportToolOptions& options, const RunControl& control)
       : Drapes(options, options.mesh, options.law, control) {}
-  // As a target drapes that bends at hinges: Blender gives all vertices one mass.
+  // Drapes as a target that bends at hinges has them: Blender gives all vertices one mass.
   Drapes(const ExportToolOptions& options, ExportTarget target, const RunControl& control)
       : Drapes(options, DiscOfEdge(FindFabricDiscs(options), options.edge), LawKind::kReference,
                control) {
