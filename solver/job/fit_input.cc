@@ -41,7 +41,7 @@ void CheckCamera(const CameraInput& camera, const FitData& data) {
   const bool is_given =
       camera.gives_scale() || camera.gives_camera() || camera.width != 0 || camera.height != 0;
   if (!data.captures.empty() && is_given)
-    throw InputError("camera_file, camera_scale, image_width_mm, camera_width, camera_height",
+    throw InputError("camera_file, camera_scale, image_width_mm, dpi, camera_width, camera_height",
                      "found beside the published data set, whose scale and size are known");
 }
 

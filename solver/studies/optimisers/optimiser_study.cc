@@ -107,6 +107,10 @@ GrayImage TwinImage(const OptimiserStudyOptions& options, const MaterialField& f
   return Rasterize(model->mesh, drape.rest.x, Camera(), kSupersample);
 }
 
+std::string TwinName(const std::string& material, int seed) {
+  return MaterialLabel(material) + "_" + std::to_string(seed);
+}
+
 // Their silhouettes are OUT/twins/<fabric>_<seed>.png, written unless the cells are only listed.
 std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
   std::vector<Image> twins;
@@ -114,12 +118,11 @@ std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
   for (const std::string& file : options.twins) {
     const ReadRecord record;
     const MaterialField fabric = ReadMaterial(file).field;
-    Image twin{MaterialLabel(file) + "_" + std::to_string(seed), {}};
+    Image twin{TwinName(file, seed), {}};
     const std::string folder = options.study.out + "/twins";
     twin.data.images = {folder + "/" + twin.name + ".png"};
     twin.data.material = options.material;
     twin.data.density = fabric.density;
-    CheckNameLength(file, twin.name + ".png");
     if (!options.study.list) {
       fs::create_directories(folder);
       WritePng(TwinImage(options, fabric, seed), twin.data.images.front());
@@ -156,7 +159,11 @@ void CheckFiles(const OptimiserStudyOptions& options, const std::vector<Image>& 
     ReadImageObservation(image.data.images.front(), options.spec.observation);
     ReadMaterial(image.data.material, {NegativeEntries::kWarn});
   }
-  for (const std::string& twin : options.twins) ReadMaterial(twin);
+  int seed = options.twin_seed;
+  for (const std::string& twin : options.twins) {
+    ReadMaterial(twin);
+    CheckNameLength(twin, TwinName(twin, seed++) + ".png");
+  }
   if (!options.twins.empty()) ReadMaterial(options.material, {NegativeEntries::kWarn});
   for (const std::string& mesh : {options.twin_mesh, options.mesh, options.coarse_mesh})
     ParseMeshSpec(mesh);

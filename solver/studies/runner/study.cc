@@ -92,6 +92,12 @@ class StudyRun {
         control_(control),
         share_(ParseShare(options.share)),
         folder_(options.out + "/cells") {}
+  StudyRun(const StudyRun&) = delete;
+  StudyRun& operator=(const StudyRun&) = delete;
+  ~StudyRun() {
+    std::error_code ignored;
+    fs::remove(folder_, ignored);  // only when it is empty
+  }
 
   StudyResult Run() {
     if (options_.list) return List();

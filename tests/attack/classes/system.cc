@@ -85,8 +85,8 @@ std::vector<Surrounding> SmallLimits() {
   for (const double gigabytes : {0.06, 0.08, 0.1, 0.13, 0.16, 0.2, 0.3})
     all.push_back({"memory of " + std::to_string(gigabytes) + " GB",
                    [=](Request* r) { r->limits.memory_gb = gigabytes; },
-                   // The loader of libraries ends a program that does not fit, with 127.
-                   {.may_be_killed = true}});
+                   // The loader ends a program that does not fit. Memory may end in mid-work.
+                   {.keeps_results = false, .may_be_killed = true}});
   for (const int files : {6, 8, 10, 16})
     all.push_back({std::to_string(files) + " files",
                    [=](Request* r) { r->limits.files = files; },

@@ -318,7 +318,8 @@ std::vector<OptionValue> MakeValues(const ListedOption& option) {
     case OptionType::kSwitch:
       return MakeSwitches();
     case OptionType::kChoice:
-      return MakeChoices(option);
+      return option.is_list ? MakeLists(MakeChoices(option), option.choices.front())
+                            : MakeChoices(option);
     case OptionType::kPath:
       return option.is_list ? MakeLists(MakePaths(option), "no") : MakePaths(option);
     case OptionType::kText:

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/tools/run_process.h"
@@ -28,10 +29,11 @@ double SecondsSince(std::chrono::steady_clock::time_point start);
 struct Limits {
   double seconds = 10.0;  // times kSlowdown; then it is sent SIGINT and counted as cancelled
   double seconds_after_signal = 20.0;  // processor time within which it must end then [s]
-  double memory_gb = 4.0;              // address space
-  long file_bytes = 0;                 // largest file that it may write
-  int files = 0;                       // open files
-  double processor_seconds = 0.0;      // the system sends SIGXCPU
+  // Address space, of which each thread takes some.
+  double memory_gb = 4.0 + 0.25 * std::thread::hardware_concurrency();
+  long file_bytes = 0;             // largest file that it may write
+  int files = 0;                   // open files
+  double processor_seconds = 0.0;  // the system sends SIGXCPU
 };
 
 struct Signal {

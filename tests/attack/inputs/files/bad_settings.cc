@@ -39,7 +39,7 @@ std::vector<BadFile> MakeBadSummaries(const std::string& valid) {
        {"/provenance/options/steps", "2.5"},
        {"/provenance/options/time_step", "-1"},
        {"/provenance/options/fabric", "\"../../../../etc/passwd\"", true, "etc/passwd"},
-       {"/provenance/options/out", "3"},
+       {"/provenance/options/out", "3", false},  // each run has its own
        {"/provenance/given", "3"},
        {"/provenance/given", "[3]"},
        {"/provenance/build", "null", false},

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 #include "solver/job/fit_input.h"
 #include "solver/studies/bench/bench_study.h"
 #include "solver/studies/bench/speed_study.h"
@@ -184,6 +185,12 @@ void CheckOptions(const BenchOptions& options) {
   if (!options.published.empty() && options.job.work != BenchWork::kForward)
     throw InputError("option 'published'", "found work " + std::string(ToString(options.job.work)) +
                                                ", expected forward");
+  constexpr double kMostSteps = 1e6;
+  for (const double h : options.job.axes.h)
+    for (const double time : options.job.axes.relax_time)
+      if (!(time / h <= kMostSteps))
+        throw InputError("option 'time_step'",
+                         Format("found %g s for %g s, expected at most 1e6 time steps", h, time));
   for (const int threads : options.job.axes.threads) RequireThreads(threads);
   CheckRounds(options.job.fit.spec.stages);
 }

@@ -105,7 +105,9 @@ def is_refined(method):
 
 def method_scores(race):
     def mean(values):
-        return sum(NEVER if value is None else value for value in values) / max(1, len(values))
+        if not values or None in values:  # a shape without outline
+            return None
+        return sum(values) / len(values)
     for method in race.methods:
         runs = race.of(method)
         gaps = [race.gap(run, run.cost) for run in runs]
@@ -130,7 +132,8 @@ def method_scores(race):
 def method_rows(race):
     forms = ["", ".2f", ".2f", ".2f", ".2f", ".4f", ".2f", ".2f", ".3f", ".2f", ".1f", ".1f"]
     for score in method_scores(race):
-        yield [spread(value, form) if isinstance(value, list) else format(value, form)
+        yield [spread(value, form) if isinstance(value, list) else
+               "–" if value is None else format(value, form)
                for value, form in zip(score.values(), forms)]
 
 
