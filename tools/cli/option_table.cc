@@ -16,6 +16,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/options/names_file.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
@@ -353,6 +354,16 @@ std::string SuggestName(const std::string& written, const std::vector<std::strin
     least = distance;
   }
   return nearest;
+}
+
+nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free) {
+  nlohmann::json settings;
+  for (const Option& option : table.options) {
+    if (free.contains(option.key) || !option.repeated) continue;
+    if (const std::string value = ValueText(option); !NamesFile(value, option))
+      settings[option.key] = value;
+  }
+  return settings;
 }
 
 ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -105,6 +106,10 @@ struct OptionTable {
   // InputError unless each required option has a value.
   void CheckRequired() const;
 };
+
+// The values of the options that results depend on, as text: without paths, whose contents a key of
+// stored work holds, and the options of `free`.
+nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free);
 
 enum class ParseOutcome { kRun, kHelpShown };
 

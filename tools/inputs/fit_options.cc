@@ -15,6 +15,11 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
       PathOption(
           "images", &options.images,
           "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns"),
+      {.key = "each",
+       .value = &options.each,
+       .doc =
+           "a fit of its own for each image, as many at a time as threads, each in its folder of "
+           "out; each.csv and each.json have a row for each"},
       PathOption(
           "lab_tests", &options.lab_tests,
           "cantilever and tensile tests (JSON, U3M 1.1; configs/README.md), alone or with images"),
@@ -82,7 +87,9 @@ OptionTable FitTable(FitToolOptions& options) {
           "and bdp also material_homogeneous.json, base.json, posterior.json; they replace those "
           "of an earlier run together, at the end; checkpoint.json and fit.log while it runs\n"
           "exit code 3: nothing could be fitted (see summary.json)\n"
-          "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
+          "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume; with --each "
+          "the "
+          "same command continues\n",
       .options = Concatenate(
           Grouped("data and results", DataOptions(options)),
           Grouped("published data set (--data)", SelectionOptions(options)),
@@ -95,7 +102,7 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "specimen", "image_width_mm", "warp", "lab_tests", "experiment",
+      .common = {"images", "each", "specimen", "image_width_mm", "warp", "lab_tests", "experiment",
                  "fabric", "density", "model", "mesh", "accuracy", "num_parameters", "threads",
                  "backend", "out", "resume"},
       .given = &options.accuracy.given};

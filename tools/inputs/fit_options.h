@@ -21,6 +21,7 @@ struct FitToolOptions {
   AccuracyChoice accuracy;               // fills what the user has not given
   std::string out;                       // folder, made when missing
   bool resume = false;
+  bool each = false;  // a fit for each image
 };
 
 // Options that are of no use beside an experiment, whose file says what is simulated.

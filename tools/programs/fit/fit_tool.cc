@@ -8,6 +8,7 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/fit_options.h"
+#include "tools/programs/fit/each_fit.h"
 
 namespace drape {
 namespace {
@@ -80,6 +81,7 @@ ToolOutcome Run(const FitToolOptions& given, const RunControl& control) {
   if (!picked.empty()) control.Log(picked);
   const FitSpec spec = MakeFitSpec(options);
   const FitData data = MakeFitData(options);
+  if (options.each) return FitEach(options, spec, data, control);
   const OutputFolder out(options.out, {"summary.json", "material.json", "posterior.json",
                                        "base.json", "fit.log", "checkpoint.json"});
   FitFiles files{.out = out.Staged(""),

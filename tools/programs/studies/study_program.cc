@@ -6,7 +6,6 @@
 
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
-#include "physics/util/options/names_file.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
@@ -46,25 +45,15 @@ std::vector<Option> StudyOptionList(StudyOptions& options) {
 
 std::vector<Option> FitOptionsOfCells(FitToolOptions& fit, const std::set<std::string>& except) {
   const std::set<std::string> of_each_fit = {
-      "images",   "lab_tests", "experiment", "fabric",      "density",       "ground_truth",
-      "model",    "out",       "resume",     "data",        "data_fabric",   "samples",
-      "captures", "face",      "camera",     "data_source", "specimens",     "accuracy",
-      "solve",    "support",   "specimen",   "table_form",  "accuracy_table"};
+      "images",       "each",     "lab_tests", "experiment", "fabric",      "density",
+      "ground_truth", "model",    "out",       "resume",     "data",        "data_fabric",
+      "samples",      "captures", "face",      "camera",     "data_source", "specimens",
+      "accuracy",     "solve",    "support",   "specimen",   "table_form",  "accuracy_table"};
   std::vector<Option> options = FitTable(fit).options;
   std::erase_if(options, [&](const Option& option) {
     return of_each_fit.contains(option.key) || except.contains(option.key);
   });
   return options;
-}
-
-nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free) {
-  nlohmann::json settings;
-  for (const Option& option : table.options) {
-    if (free.contains(option.key) || !option.repeated) continue;
-    if (const std::string value = ValueText(option); !NamesFile(value, option))
-      settings[option.key] = value;
-  }
-  return settings;
 }
 
 ordered_json SummariseCells(const Study& study, const StudyResult& result) {
@@ -87,7 +76,7 @@ ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
   if (options.list) return {.text = RunStudy(study, options, control).text};
   const bool is_share = !options.share.empty();
   const std::string file = study.name + ".json";
-  const OutputFolder out(options.out, {file},
+  const OutputFolder out(options.out, {file, "report.md", "runs.csv"},
                          is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   constexpr int kLevels = 4;  // of the folders of cells and their fits
   if (!is_share) RemoveTemporaries(options.out, kLevels);

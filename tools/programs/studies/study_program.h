@@ -34,10 +34,6 @@ std::vector<Option> StudyOptionList(StudyOptions& options);
 std::vector<Option> FitOptionsOfCells(FitToolOptions& fit,
                                       const std::set<std::string>& except = {});
 
-// Study::settings by the options of a program, for results that depend on them alone: the version
-// of drapefit, and each option but paths, whose files the cells record, and those of `free`.
-nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free);
-
 // The file OUT/<study>.json without its provenance, once the cells have ended; of a study that was
 // cancelled some have no result.
 using SummariseStudy = std::function<nlohmann::ordered_json(const StudyResult& result)>;

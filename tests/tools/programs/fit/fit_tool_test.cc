@@ -72,6 +72,51 @@ TEST_F(FitTool, WritesItsResult) {
   EXPECT_FALSE(std::filesystem::exists(Path("fit/checkpoint.json")));
 }
 
+// With --each an image has the fit that it has alone, beside others of which one cannot be fitted;
+// a second run fits again what has changed.
+TEST_F(FitTool, FitsEachImageByItself) {
+  std::filesystem::create_directories(Path("images"));
+  for (const char* name : {"a", "b"})
+    std::filesystem::copy(Path("drape.png"), Path("images/" + std::string(name) + ".png"));
+  Write("images/c.png", "no image");
+  std::vector<std::string> command = FitCommand(Path("each"));
+  command[1] = "--images=" + Path("images");
+  command.back() = "--each";
+  command.push_back("--threads=2");
+  const ProcessResult result = RunProcess(command);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("no result: c: "));
+  ASSERT_EQ(RunProcess(FitCommand(Path("fit"))).exit_code, 0);
+  const std::string material = Read(Path("fit/material.json"));
+  EXPECT_EQ(Read(Path("each/a/material.json")), material);
+  EXPECT_EQ(Read(Path("each/b/material.json")), material);
+  const Json fits = ReadJson(Path("each/each.json")).at("fits");
+  ASSERT_EQ(fits.size(), 3);
+  EXPECT_EQ(fits.at(0).at("image"), "a");
+  EXPECT_EQ(fits.at(0).at("grade"), ReadJson(Path("fit/summary.json")).at("verdict").at("grade"));
+  EXPECT_THAT(fits.at(2).at("failure").get<std::string>(), testing::HasSubstr("c.png"));
+  const std::string csv = Read(Path("each/each.csv"));
+  EXPECT_EQ(std::ranges::count(csv, '\n'), 4);
+  EXPECT_THAT(
+      csv, testing::HasSubstr("image,grade,error_px,dc_percent,nodes,bending_length_overall_cm,"));
+
+  const auto written = [&](const std::string& name) {
+    return std::filesystem::last_write_time(Path("each/" + name + "/summary.json"));
+  };
+  const auto of_a = written("a"), of_b = written("b");
+  ASSERT_EQ(Simulate({"--mesh=disc:150", "--steps=40", "--time_step=0.1", "--out=" + Path("b")})
+                .exit_code,
+            0);
+  std::filesystem::rename(Path("b/silhouette.png"), Path("images/b.png"));
+  EXPECT_EQ(RunProcess(command).exit_code, 0);
+  EXPECT_EQ(written("a"), of_a);
+  EXPECT_NE(written("b"), of_b);
+  EXPECT_NE(Read(Path("each/b/material.json")), material);
+
+  command.push_back("--lab_tests=" + Path("drape.png"));
+  ExpectOneLineError(RunProcess(command), "option 'lab_tests'");
+}
+
 // The fitted drape is a drape of the fitted material from the stored start: its replay is the fit.
 TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   ASSERT_EQ(RunProcess(FitCommand(Path("fit"))).exit_code, 0);
