@@ -16,6 +16,9 @@ namespace {
 
 // A retried guess replaces a fitted drape when its misfit is lower by this factor.
 constexpr double kRetryGain = 0.97;
+// The shape after the time steps is taken to rest where its misfit is below this factor of the
+// least: on its way to rest it hardly gets nearer.
+constexpr double kRestFactor = 1.3;
 constexpr double kRoundTolerance = 1e-3;  // of all rounds but the last
 // TrustRegionOptions::least_scale of experiments, whose σ is their error: of a parameter that is
 // determined to 10 %.
@@ -63,18 +66,29 @@ void CandidateFitter::Log(CandidateTask& task, const char* format, auto... value
                      Format(format, values...));
 }
 
-// The drape of an observation from its start shape under a material; empty when it is not stable.
-Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material,
-                                             const Observation& observation, double lift,
-                                             CandidateTask& task) const {
-  const SettleOptions settle = CancellableSettle();
+// The shape into which a start shape falls under a material, guided by its observation; empty where
+// a time step fails.
+Eigen::VectorXd CandidateFitter::Fall(const MaterialField& material, const Observation& observation,
+                                      double lift, CandidateTask& task) const {
+  SettleOptions steps = CancellableSettle();
+  steps.solve_mode = SolveMode::kDynamic;
   ++task.counts.rollouts;
-  SettledDrape drape = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
-                                    observation, settle);
+  SettledDrape fallen = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
+                                     observation, steps);
+  return fallen.IsUsable(steps.solve_mode) ? std::move(fallen.rest.x) : Eigen::VectorXd();
+}
+
+// The drape at rest near a shape; empty where it is not stable.
+Eigen::VectorXd CandidateFitter::Rest(const MaterialField& material, Eigen::VectorXd x,
+                                      CandidateTask& task) const {
+  SettleOptions settle = CancellableSettle();
+  if (settle.solve_mode == SolveMode::kDynamic || x.size() == 0) return x;
+  settle.steps.steps = 0;
+  const std::vector<State> fallen = AtRest({std::move(x)});
+  SettledDrape drape = std::move(Settle(fine_, material, fallen, settle).front());
   if (drape.IsUsable(settle.solve_mode)) return std::move(drape.rest.x);
-  if (drape.steps == RolloutStatus::kOk)
-    Log(task, "the drape of an initial guess is %s after %d Newton iterations (residual %.1e)",
-        ToString(drape.rest.status), drape.rest.iterations, drape.rest.residual);
+  Log(task, "the drape of an initial guess is %s after %d Newton iterations (residual %.1e)",
+      ToString(drape.rest.status), drape.rest.iterations, drape.rest.residual);
   return {};
 }
 
@@ -85,8 +99,13 @@ double CandidateFitter::SettleBest(const MaterialField& material, int i, double 
     if (Cancelled() || (mirrored && !problem_.mirrors)) break;
     const Observation& observation = problem_.observations[i];
     const Observation seen = mirrored ? observation.Mirrored() : observation;
-    Eigen::VectorXd x = SettleStart(material, seen, lift, task);
-    const double rms = ComputeProfileRms(seen, material, x).value_or(kNoDrape);
+    const auto misfit = [&](const Eigen::VectorXd& x) {
+      return ComputeProfileRms(seen, material, x).value_or(kNoDrape);
+    };
+    Eigen::VectorXd x = Fall(material, seen, lift, task);
+    if (!(misfit(x) < kRestFactor * most)) continue;
+    x = Rest(material, std::move(x), task);
+    const double rms = misfit(x);
     if (!(rms < most)) continue;
     most = rms;
     task.candidate.mirrored[i] = mirrored;

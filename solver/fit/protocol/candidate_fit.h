@@ -48,8 +48,9 @@ class CandidateFitter {
  private:
   bool Cancelled() const { return cancel_ != nullptr && cancel_->load(); }
   void Log(CandidateTask& task, const char* format, auto... values) const;
-  Eigen::VectorXd SettleStart(const MaterialField& material, const Observation& observation,
-                              double lift, CandidateTask& task) const;
+  Eigen::VectorXd Fall(const MaterialField& material, const Observation& observation, double lift,
+                       CandidateTask& task) const;
+  Eigen::VectorXd Rest(const MaterialField& material, Eigen::VectorXd x, CandidateTask& task) const;
   // Settles a start shape on the cloth and on its mirror image, and takes the drape whose misfit is
   // below `most` [px] and the least. Returns its misfit, or `most`.
   double SettleBest(const MaterialField& material, int i, double lift, double most,

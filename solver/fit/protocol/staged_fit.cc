@@ -39,8 +39,11 @@ double Elapsed(int count, int threads, double each) {
 // drapes: 1.1 MB per image at 1,200 vertices, twice that during an evaluation.
 constexpr int kSideBySide = 64;
 
-// How many times the candidates of the first round are kept as guesses.
-constexpr int kSpareGuesses = 4;
+// How many times the candidates of the first round are kept as guesses; of a pool, settled on the
+// fine cloth.
+constexpr int kSpareGuesses = 4, kSettledOfPool = 2;
+// The coarse cloth ranks the guesses of a pool where the fine one has so many times its vertices.
+constexpr int kMuchCoarser = 3;
 
 // Candidates that the present round fits: in the first one more, where one is carried over.
 int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
@@ -170,8 +173,10 @@ class StagedFitter {
 
   // The next candidates with drapes of their own, enough to fill the first round if all succeed. No
   // guess is settled that fitting one candidate after the other would not have reached; those of a
-  // pool are all settled, and the nearest are taken.
+  // pool are all settled, on the coarse cloth and then the nearest on the fine one, of which the
+  // nearest are taken.
   std::vector<CandidateTask> SettledGuesses(StagedFitState& state) {
+    if (problem_.is_pooled) KeepNearestOnCoarse(state);
     std::vector<CandidateTask> settled;
     const int round = state.round;  // ends where the last guess has no drape
     for (int next = 0; state.round == round && !Cancelled();) {
@@ -197,6 +202,29 @@ class StagedFitter {
     }
     if (problem_.is_pooled && !settled.empty()) KeepNearest(state, settled);
     return settled;
+  }
+
+  // Finishes all guesses but those that are nearest on the coarse cloth.
+  void KeepNearestOnCoarse(StagedFitState& state) {
+    std::vector<CandidateTask> work = Open(state, 0, int(state.candidates.size()));
+    const std::size_t kept = kSettledOfPool * options_.candidates_per_round.front();
+    const int coarse = problem_.coarse->model().mesh.num_vertices();
+    if (work.size() <= kept || kMuchCoarser * coarse > problem_.fine->model().mesh.num_vertices())
+      return;
+    RunBatched(*problem_.coarse, int(work.size()), kSideBySide, [&](BatchingBackend& task) {
+      const CandidateFitter fitter(problem_, options_, task, control_.cancel, 0);
+      fitter.SettleGuess(work[task.index()]);
+    });
+    const auto rank = [](const CandidateTask& task) {
+      return std::pair(!task.candidate.valid(), task.candidate.guess_rms);
+    };
+    std::ranges::stable_sort(work, {}, rank);
+    for (std::size_t i = 0; i < kept; ++i) state.counts += work[i].counts;
+    for (std::size_t i = kept; i < work.size(); ++i) {
+      work[i].candidate.shapes.clear();
+      work[i].candidate.guess_rms = 0.0;
+      Finish(state, work[i]);
+    }
   }
 
   // Finishes all guesses but the nearest that the round still needs.
