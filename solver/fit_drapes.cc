@@ -6,7 +6,10 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/math/statistics.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/protocol/guided_settle.h"
 #include "solver/fit/protocol/staged_fit.h"
+#include "solver/fit/rollout_residuals.h"
 #include "solver/job/fit_job.h"
 
 namespace drape {
@@ -51,6 +54,62 @@ DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& c
                    const std::string& folder) {
   return FitInMemory(spec, data, ReadFitInput(spec, data), control, folder);
 }
+
+FitResiduals::FitResiduals(const FitSpec& spec, const FitData& data, const RunControl& control)
+    : input_(std::make_unique<FitInput>(ReadFitInput(spec, data))) {
+  FitProblem& problem = input_->problem;
+  if (data.experiment.empty())
+    throw InputError("residuals", "found no experiment, expected the residuals of one");
+  problem.strips = input_->strips.get();
+  SettleOptions settle = MakeSettleOptions(spec.stages);
+  settle.steps.cancel = settle.equilibrium.cancel = control.cancel;
+  std::vector<RolloutBlock> blocks;
+  for (const Observation& observation : problem.observations) {
+    const double first = ListStarts(*observation.experiment).front();
+    const State start = GuessState(problem.fine->model(), observation, first);
+    SettledDrape drape = SettleGuided(*problem.fine, problem.material, start, observation, settle);
+    if (!drape.IsUsable(SolveMode::kStatic))
+      throw InputError(data.experiment, "experiment '" + observation.name + "' is " +
+                                            ToString(drape.rest.status) +
+                                            " with the start tables, expected a cloth that comes "
+                                            "to rest");
+    blocks = MakeBlocks(problem.fine, {observation}, AtRest({std::move(drape.rest.x)}),
+                        spec.stages.residuals);
+  }
+  for (RolloutBlock& block : FurtherBlocks(problem, nullptr)) blocks.push_back(std::move(block));
+  parametrisation_ = std::make_unique<DynamicsParametrisation>(
+      TableParametrisation(problem.material, spec.stages.parameters), problem.fitted);
+  residuals_ = std::make_unique<RolloutResiduals>(parametrisation_.get(), std::move(blocks),
+                                                  spec.stages.residuals);
+}
+
+FitResiduals::~FitResiduals() = default;
+
+int FitResiduals::num_parameters() const { return residuals_->num_parameters(); }
+
+bool FitResiduals::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
+                            Eigen::MatrixXd* jacobian) {
+  if (theta.size() != num_parameters())
+    throw InputError("theta", "found " + std::to_string(theta.size()) + " numbers, expected " +
+                                  std::to_string(num_parameters()));
+  Eigen::Map<Eigen::VectorXd>(residuals_->theta(), theta.size()) = theta;
+  residuals_->PrepareForEvaluation(jacobian != nullptr, true);
+  if (!residuals_->all_valid()) return false;
+  if (jacobian != nullptr) {
+    *residual = residuals_->accepted().residual;
+    *jacobian = residuals_->accepted().jacobian;
+    return true;
+  }
+  residual->resize(residuals_->num_residuals());
+  for (int i = 0; i < residuals_->num_blocks(); ++i) {
+    auto rows = residual->segment(residuals_->first_row(i), residuals_->residual(i).size());
+    rows = residuals_->residual(i);
+    residuals_->Weigh(i, rows, nullptr);
+  }
+  return true;
+}
+
+void FitResiduals::StartFromLast() { residuals_->RestartFromLastShapes(); }
 
 double PosteriorQuantity::Quantile(double share) const {
   std::vector<double> sorted = samples;

@@ -20,6 +20,9 @@
 namespace drape {
 
 // Fits and posteriors in memory: the whole protocol of drape_fit [METHODS, P18] without files.
+struct FitInput;
+class MaterialParametrisation;
+class RolloutResiduals;
 
 // What a fit has found.
 struct DrapeFit {
@@ -60,6 +63,32 @@ DrapeFit FitDrapes(const FitSpec& spec, ExperimentFile experiments, const RunCon
 // measurement is off. Throws InputError for a file, a name or a combination that cannot be fitted.
 DrapeFit FitDrapes(const FitSpec& spec, const FitData& data, const RunControl& control = {},
                    const std::string& folder = "");
+
+// The residuals of an experiment file as a function of log factors on its start tables and of the
+// numbers that the file fits beside them, for an optimiser or a sampler of one's own. The branch of
+// the first cloth at rest is that on which it falls from its start under the start tables, pulled
+// by its measurements [METHODS, P58]; evaluations with a Jacobian follow it. The prior of θ is up
+// to the caller.
+class FitResiduals {
+ public:
+  // spec.stages.parameters says which log factors are free. Throws InputError as FitDrapes does,
+  // and where a cloth is not at rest under the start tables.
+  FitResiduals(const FitSpec& spec, const FitData& data, const RunControl& control = {});
+  ~FitResiduals();
+
+  int num_parameters() const;
+  // False where a cloth is not found at θ, shape [P], or has left its branch. Else the residuals,
+  // scaled by their losses, shape [N], and, if not null, their Jacobian, shape [N, P]: half the
+  // squares are the cost.
+  bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual, Eigen::MatrixXd* jacobian);
+  // Makes the cloths of the last evaluation those from which the next ones start.
+  void StartFromLast();
+
+ private:
+  std::unique_ptr<FitInput> input_;
+  std::unique_ptr<MaterialParametrisation> parametrisation_;
+  std::unique_ptr<RolloutResiduals> residuals_;
+};
 
 // A quantity of a fabric in a posterior: a row of DrapeFit::sheet. Its interval contains the error
 // of the model too, which the samples do not.

@@ -179,8 +179,9 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   const Point& accepted() const { return accepted_; }
   // Where the first run of each block starts at the next evaluation.
   std::vector<State> starts() const;
-  // Makes the drapes of the accepted point the starts.
+  // Makes the drapes of the accepted point, or of the last evaluation, the starts.
   void StartFromAccepted();
+  void RestartFromLastShapes();
   // Goes back to an earlier one.
   void Restore(Point point);
 
@@ -242,7 +243,6 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   void PredictShapes(const std::vector<Batch>& batches);
   void PredictByProducts(const Batch& batch, const MaterialField& accepted,
                          const MaterialField& direction);
-  void RestartFromLastShapes();
   void Accept();
   bool EvaluatedHere() const;
 

@@ -339,9 +339,9 @@ using GivenOptions = std::map<std::string, std::string>;
 FitSpec SetOptions(const GivenOptions& given, const std::set<std::string>& others,
                    FitToolOptions* options) {
   static const std::set<std::string> kOfFiles = {
-      "images",   "lab_tests", "experiment",  "fabric",      "ground_truth",
-      "out",      "resume",    "data",        "data_fabric", "samples",
-      "captures", "face",      "data_source", "accuracy",    "accuracy_table"};
+      "images", "each",        "lab_tests", "experiment",    "fabric",  "ground_truth",
+      "out",    "resume",      "data",      "data_fabric",   "samples", "captures",
+      "face",   "data_source", "accuracy",  "accuracy_table"};
   OptionTable table = FitTable(*options);
   std::erase_if(table.options, [&](const Option& each) {
     return kOfFiles.contains(each.key) || others.contains(each.key);
@@ -350,15 +350,34 @@ FitSpec SetOptions(const GivenOptions& given, const std::set<std::string>& other
   return MakeFitSpec(*options);
 }
 
-DrapeFit FitExperiment(const std::string& file, const GivenOptions& given) {
+// use(spec, data, control)
+template <class Use>
+auto WithExperiment(const std::string& file, const GivenOptions& given, const Use& use) {
   FitToolOptions options;
   const FitSpec spec =
       SetOptions(given, {std::begin(kClothOptions), std::end(kClothOptions)}, &options);
   options.data.experiment = file;
   return RunUnlocked([&](const std::atomic<bool>& cancel) {
-    return FitDrapes(spec, options.data, {.cancel = &cancel});
+    return use(spec, options.data, RunControl{.cancel = &cancel});
   });
 }
+
+DrapeFit FitExperiment(const std::string& file, const GivenOptions& given) {
+  return WithExperiment(file, given,
+                        [](const FitSpec& spec, const FitData& data, const RunControl& control) {
+                          return FitDrapes(spec, data, control);
+                        });
+}
+
+std::unique_ptr<FitResiduals> MakeResiduals(const std::string& file, const GivenOptions& given) {
+  return WithExperiment(file, given,
+                        [](const FitSpec& spec, const FitData& data, const RunControl& control) {
+                          return std::make_unique<FitResiduals>(spec, data, control);
+                        });
+}
+
+// Residuals and their Jacobian; none: a cloth is not found.
+using Linearised = std::optional<std::pair<Eigen::VectorXd, Eigen::MatrixXd>>;
 
 DrapeFit FitImages(const std::vector<std::string>& images, const Material& start,
                    const GivenOptions& given) {
@@ -444,6 +463,25 @@ void BindFits(py::module_& m) {
           })
       .def_property_readonly("_mesh", [](const DrapeFit& self) { return self.cloth->mesh; })
       .def_property_readonly("_drapes", [](const DrapeFit& self) { return Rows(self.drapes); });
+  py::class_<FitResiduals>(m, "Residuals")
+      .def(py::init(&MakeResiduals))
+      .def_property_readonly("num_parameters", &FitResiduals::num_parameters)
+      .def("start_from_last", &FitResiduals::StartFromLast)
+      .def("evaluate",
+           [](FitResiduals& self, const Eigen::VectorXd& theta) {
+             return RunUnlocked([&](const std::atomic<bool>&) -> std::optional<Eigen::VectorXd> {
+               Eigen::VectorXd residual;
+               if (!self.Evaluate(theta, &residual, nullptr)) return std::nullopt;
+               return residual;
+             });
+           })
+      .def("linearise", [](FitResiduals& self, const Eigen::VectorXd& theta) {
+        return RunUnlocked([&](const std::atomic<bool>&) -> Linearised {
+          Linearised::value_type found;
+          if (!self.Evaluate(theta, &found.first, &found.second)) return std::nullopt;
+          return found;
+        });
+      });
   m.def("fit", &FitImages);
   m.def("fit_experiment", &FitExperiment);
 }

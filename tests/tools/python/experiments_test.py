@@ -80,6 +80,30 @@ class ExperimentsTest(PythonTest):
         self.assertTrue(low < 20 < high, (low, factor, high))
         self.assertLess(high / low, 4)
 
+    def test_residuals_serve_another_optimiser(self):
+        experiment = self.strip_experiment({"markers": self.markers(), "sigma": 0.001})
+        residuals = drapefit.Residuals(experiment, **QUICK)
+        self.assertEqual(residuals.num_parameters, 2)
+        theta = np.zeros(2)
+        for _ in range(8):  # Gauss and Newton, with the prior of the fit, in steps of at most 1
+            found, jacobian = residuals.with_jacobian(theta)
+            step = np.linalg.solve(jacobian.T @ jacobian + np.eye(2), jacobian.T @ found + theta)
+            theta = theta - step / max(1.0, np.abs(step).max())
+        fit = drapefit.fit(experiment, prior_sigma=1, initial_stretch=1, initial_bend=1, **QUICK)
+        fitted = np.log([fit.material.stretch[0, 0] / self.shirt.stretch[0, 0],
+                         fit.material.bend[0, 0] / self.shirt.bend[0, 0]])
+        np.testing.assert_allclose(theta, fitted, atol=0.1)
+        cost = 0.5 * (found @ found + theta @ theta)
+        of_fit = 0.5 * (np.sum(residuals(fitted)**2) + fitted @ fitted)
+        self.assertLess(abs(of_fit - cost), 1e-3 * cost)
+        count = 3 * len(self.clamped_strip()[0].vertices)
+        self.assertEqual((found.shape, jacobian.shape), ((count,), (count, 2)))
+        change = 1e-4 * np.eye(2)
+        slopes = [(residuals(theta + each) - residuals(theta - each)) / 2e-4 for each in change]
+        np.testing.assert_allclose(jacobian, np.transpose(slopes), atol=1e-5 * np.abs(slopes).max())
+        self.assertIsNone(residuals(theta + [0, 6]))  # too far to be the same branch
+        self.assert_refused("theta: found 3 numbers, expected 2", residuals, np.zeros(3))
+
     def test_arrays_of_all_kinds_are_read(self):
         mesh, x = self.clamped_strip()
         order = np.argsort(x[:, 0])

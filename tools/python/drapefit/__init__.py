@@ -253,6 +253,18 @@ def _text(value):
     return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
+def _texts(options):
+    return {key: _text(value) for key, value in options.items()}
+
+
+@contextlib.contextmanager
+def _experiment_file(data):
+    """The path of an experiment's file, made of a dictionary."""
+    with _experiment.temporary_folder() as folder, _plain_errors():
+        yield str(data if isinstance(data, (str, os.PathLike)) else
+                  _experiment.write(data, folder, "experiment.json"))
+
+
 def fit(data, material=None, **options):
     """The Fit of a fabric to silhouettes or to an experiment.
 
@@ -266,15 +278,14 @@ def fit(data, material=None, **options):
     configs/scenes by its name. Paths are relative to the current folder.
     options: those of drape_fit by their names (drape_fit --help=all), such as model="bayes",
     num_parameters=2, density=0.15, mesh="disc:1200"; threads=0 for all cores."""
-    texts = {key: _text(value) for key, value in options.items()}
+    texts = _texts(options)
     is_path = isinstance(data, (str, os.PathLike))
     if isinstance(data, dict) or is_path and str(data).endswith(".json"):
         if material is not None:
             raise ValueError("material: found one beside an experiment, expected it in its key "
                              "'material'")
-        with _experiment.temporary_folder() as folder, _plain_errors():
-            path = data if is_path else _experiment.write(data, folder, "experiment.json")
-            return _core.fit_experiment(str(path), texts)
+        with _experiment_file(data) as path:
+            return _core.fit_experiment(path, texts)
     if material is None:
         raise ValueError("material: found nothing beside images, expected the start tables")
     images = [data] if is_path else data
@@ -308,6 +319,31 @@ Fit.mesh = property(lambda self: _mesh(self._mesh), doc="the Mesh of the fitted 
 Fit.drapes = property(lambda self: self._drapes.reshape(-1, len(self._mesh.rest) // 3, 3),
                       doc="the fitted drape of each image, or of the first experiment at rest, "
                           "m, [N, V, 3]")
+
+
+class Residuals(_core.Residuals):
+    """The residuals of an experiment as a function of theta [P], for an optimiser or a sampler of your
+    own: log factors on the start tables, as many as num_parameters= says, and the numbers that the
+    file fits beside them. Half their squares are the cost of the data; the prior is up to you.
+
+    experiment: as fit takes it; options: as fit takes them. The cloth at rest is on the branch on
+    which it falls under the start tables, pulled by its measurements."""
+
+    def __init__(self, experiment, **options):
+        with _experiment_file(experiment) as path:
+            super().__init__(path, _texts(options))
+
+    def __call__(self, theta):
+        """The residuals [N], or None where a cloth is not found or has left its branch."""
+        return self.evaluate(theta)
+
+    def with_jacobian(self, theta):
+        """The residuals [N] and their Jacobian [N, P], or None. The branch is followed from here."""
+        return self.linearise(theta)
+
+    def follow(self):
+        """Lets the next evaluations start from the cloths of the last one."""
+        self.start_from_last()
 
 
 def sample_posterior(fit, count=1000, seed=1):
