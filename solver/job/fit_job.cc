@@ -505,4 +505,25 @@ FitJobResult ContinueFitJob(const FitSpec& spec, const FitData& data, FitFiles f
   return RunFitJob(spec, data, files, control);
 }
 
+FolderFit FitIntoFolder(const FitSpec& spec, const FitData& data, const std::string& folder,
+                        const std::function<nlohmann::ordered_json()>& provenance,
+                        const RunControl& control) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw IoError(folder, "cannot make the folder: " + error.message());
+  RemoveTemporaries(folder, 1);
+  const FitFiles files{.out = folder,
+                       .checkpoint = folder + "/checkpoint.json",
+                       .log = folder + "/fit.log",
+                       .provenance = provenance};
+  FolderFit fit;
+  try {
+    static_cast<FitJobResult&>(fit) = ContinueFitJob(spec, data, files, control);
+    if (!fit.fitted && !fit.cancelled) fit.failure = "nothing could be fitted";
+  } catch (const InputError& error) {
+    fit.failure = error.what();
+  }
+  return fit;
+}
+
 }  // namespace drape

@@ -69,4 +69,13 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
 FitJobResult ContinueFitJob(const FitSpec& spec, const FitData& data, FitFiles files,
                             const RunControl& control);
 
+// ContinueFitJob into a folder of the fit's own, which is made. An InputError is a reason why
+// nothing was fitted, in `failure`. Throws IoError.
+struct FolderFit : FitJobResult {
+  std::string failure;
+};
+FolderFit FitIntoFolder(const FitSpec& spec, const FitData& data, const std::string& folder,
+                        const std::function<nlohmann::ordered_json()>& provenance,
+                        const RunControl& control);
+
 }  // namespace drape

@@ -66,16 +66,16 @@ void CandidateFitter::Log(CandidateTask& task, const char* format, auto... value
                      Format(format, values...));
 }
 
-// The shape into which a start shape falls under a material, guided by its observation; empty where
-// a time step fails.
+// The shape into which a start falls under a material, guided by its observation; empty where a
+// time step fails.
 Eigen::VectorXd CandidateFitter::Fall(const MaterialField& material, const Observation& observation,
                                       double lift, CandidateTask& task) const {
   SettleOptions steps = CancellableSettle();
   steps.solve_mode = SolveMode::kDynamic;
   ++task.counts.rollouts;
-  SettledDrape fallen = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
-                                     observation, steps);
-  return fallen.IsUsable(steps.solve_mode) ? std::move(fallen.rest.x) : Eigen::VectorXd();
+  SettledDrape end = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
+                                  observation, steps);
+  return end.IsUsable(steps.solve_mode) ? std::move(end.rest.x) : Eigen::VectorXd();
 }
 
 // The drape at rest near a shape; empty where it is not stable.
@@ -84,8 +84,8 @@ Eigen::VectorXd CandidateFitter::Rest(const MaterialField& material, Eigen::Vect
   SettleOptions settle = CancellableSettle();
   if (settle.solve_mode == SolveMode::kDynamic || x.size() == 0) return x;
   settle.steps.steps = 0;
-  const std::vector<State> fallen = AtRest({std::move(x)});
-  SettledDrape drape = std::move(Settle(fine_, material, fallen, settle).front());
+  const std::vector<State> starts = AtRest({std::move(x)});
+  SettledDrape drape = std::move(Settle(fine_, material, starts, settle).front());
   if (drape.IsUsable(settle.solve_mode)) return std::move(drape.rest.x);
   Log(task, "the drape of an initial guess is %s after %d Newton iterations (residual %.1e)",
       ToString(drape.rest.status), drape.rest.iterations, drape.rest.residual);

@@ -45,22 +45,12 @@ json Failure(const std::string& reason) { return {{"failure", reason}}; }
 
 std::optional<json> FitOne(const FitCellJob& job, const FitCell& cell, const RunControl& control) {
   const std::string folder = job.study.out + "/" + cell.name;
-  fs::create_directories(folder);
-  RemoveTemporaries(folder, 1);
   FitSpec spec = job.fit;
   spec.threads = 1;
-  const FitFiles files{.out = folder,
-                       .checkpoint = folder + "/checkpoint.json",
-                       .log = folder + "/fit.log",
-                       .provenance = job.provenance};
-  try {
-    const FitJobResult result = ContinueFitJob(spec, MakeData(job, cell), files, control);
-    if (result.cancelled || control.cancelled()) return {};
-    if (!result.fitted) return Failure("nothing could be fitted");
-    if (!result.has_posterior) return Failure("the posterior could not be fitted");
-  } catch (const InputError& error) {
-    return Failure(error.what());
-  }
+  const FolderFit fit = FitIntoFolder(spec, MakeData(job, cell), folder, job.provenance, control);
+  if (fit.cancelled || control.cancelled()) return {};
+  if (!fit.failure.empty()) return Failure(fit.failure);
+  if (!fit.has_posterior) return Failure("the posterior could not be fitted");
   return json{{"folder", cell.name}, {"sha256", SumOfFit(folder)}};
 }
 

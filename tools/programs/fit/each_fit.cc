@@ -101,21 +101,9 @@ json MakeRow(const json& summary) {
 
 std::optional<json> FitSingle(const FitSpec& spec, const Single& single, const std::string& folder,
                               const RunControl& control) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw IoError(folder, "cannot make the folder: " + error.message());
-  RemoveTemporaries(folder, 1);
-  const FitFiles files{.out = folder,
-                       .checkpoint = folder + "/checkpoint.json",
-                       .log = folder + "/fit.log",
-                       .provenance = MakePartProvenance};
-  try {
-    const FitJobResult result = ContinueFitJob(spec, single.data, files, control);
-    if (result.cancelled || control.cancelled()) return {};
-    if (!result.fitted) return json{{"failure", "nothing could be fitted"}};
-  } catch (const InputError& error) {
-    return json{{"failure", error.what()}};
-  }
+  const FolderFit fit = FitIntoFolder(spec, single.data, folder, MakePartProvenance, control);
+  if (fit.cancelled || control.cancelled()) return {};
+  if (!fit.failure.empty()) return json{{"failure", fit.failure}};
   return MakeRow(ParseJson(ReadOwnFile(folder + "/summary.json"), folder));
 }
 
