@@ -102,7 +102,7 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "each", "specimen", "image_width_mm", "warp", "lab_tests", "experiment",
+      .common = {"images", "specimen", "image_width_mm", "warp", "lab_tests", "experiment",
                  "fabric", "density", "model", "mesh", "accuracy", "num_parameters", "threads",
                  "backend", "out", "resume"},
       .given = &options.accuracy.given};

@@ -143,7 +143,7 @@ TEST_F(Studies, DoNotRememberThatAFileIsGone) {
     return json{{"failure", "no such file"}};
   };
   EXPECT_IO_ERROR(Run(), "no such file any more");
-  EXPECT_TRUE(std::filesystem::is_empty(Path("out/cells")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/cells")));
 }
 
 // Files below its folder are its own, unless they are inputs.
