@@ -19,7 +19,7 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
        .value = &options.each,
        .doc =
            "a fit of its own for each image, as many at a time as threads, each in its folder of "
-           "out; each.csv and each.json have a row for each"},
+           "out; each.csv and each.json have a row for each; the same command continues"},
       PathOption(
           "lab_tests", &options.lab_tests,
           "cantilever and tensile tests (JSON, U3M 1.1; configs/README.md), alone or with images"),
@@ -87,9 +87,7 @@ OptionTable FitTable(FitToolOptions& options) {
           "and bdp also material_homogeneous.json, base.json, posterior.json; they replace those "
           "of an earlier run together, at the end; checkpoint.json and fit.log while it runs\n"
           "exit code 3: nothing could be fitted (see summary.json)\n"
-          "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume; with --each "
-          "the "
-          "same command continues\n",
+          "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
       .options = Concatenate(
           Grouped("data and results", DataOptions(options)),
           Grouped("published data set (--data)", SelectionOptions(options)),

@@ -463,6 +463,11 @@ void BindFits(py::module_& m) {
           })
       .def_property_readonly("_mesh", [](const DrapeFit& self) { return self.cloth->mesh; })
       .def_property_readonly("_drapes", [](const DrapeFit& self) { return Rows(self.drapes); });
+  m.def("fit", &FitImages);
+  m.def("fit_experiment", &FitExperiment);
+}
+
+void BindResiduals(py::module_& m) {
   py::class_<FitResiduals>(m, "Residuals")
       .def(py::init(&MakeResiduals))
       .def_property_readonly("num_parameters", &FitResiduals::num_parameters)
@@ -482,8 +487,6 @@ void BindFits(py::module_& m) {
           return found;
         });
       });
-  m.def("fit", &FitImages);
-  m.def("fit_experiment", &FitExperiment);
 }
 
 void BindPosteriors(py::module_& m) {
@@ -556,6 +559,7 @@ PYBIND11_MODULE(_core, m) {
   BindDrapes(m);
   BindQuantities(m);
   BindFits(m);
+  BindResiduals(m);
   BindPosteriors(m);
   m.def("wear", &WearPattern);
   m.attr("FEATURES") =
