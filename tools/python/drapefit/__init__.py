@@ -253,10 +253,6 @@ def _text(value):
     return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
-def _texts(options):
-    return {key: _text(value) for key, value in options.items()}
-
-
 @contextlib.contextmanager
 def _experiment_file(data):
     """The path of an experiment's file, made of a dictionary."""
@@ -278,7 +274,7 @@ def fit(data, material=None, **options):
     configs/scenes by its name. Paths are relative to the current folder.
     options: those of drape_fit by their names (drape_fit --help=all), such as model="bayes",
     num_parameters=2, density=0.15, mesh="disc:1200"; threads=0 for all cores."""
-    texts = _texts(options)
+    texts = {key: _text(value) for key, value in options.items()}
     is_path = isinstance(data, (str, os.PathLike))
     if isinstance(data, dict) or is_path and str(data).endswith(".json"):
         if material is not None:
@@ -331,7 +327,7 @@ class Residuals(_core.Residuals):
 
     def __init__(self, experiment, **options):
         with _experiment_file(experiment) as path:
-            super().__init__(path, _texts(options))
+            super().__init__(path, {key: _text(value) for key, value in options.items()})
 
     def __call__(self, theta):
         """The residuals [N], or None where a cloth is not found or has left its branch."""
