@@ -175,7 +175,9 @@ ToolOutcome FitEach(const FitToolOptions& options, FitSpec spec, const FitData& 
   const StudyOptions run{.out = options.out, .threads = spec.threads};
   spec.threads = std::max(1, spec.threads / int(singles.size()));
   FitToolOptions copy = options;
-  Study study{.name = "each", .settings = OptionSettings(FitTable(copy), {"threads", "each"})};
+  Study study{.name = "each",
+              .settings = OptionSettings(FitTable(copy), {"threads", "each", "data_fabric",
+                                                          "samples", "captures", "face"})};
   for (const Single& single : singles) study.cells.push_back(MakeCell(spec, single));
   const auto folder = [&](std::size_t k) { return options.out + "/" + singles[k].name; };
   study.run = [&](std::size_t k, const RunControl& part) {

@@ -105,9 +105,8 @@ def is_refined(method):
 
 def method_scores(race):
     def mean(values):
-        if not values or None in values:  # a shape without outline
-            return None
-        return sum(values) / len(values)
+        # None is a shape without outline.
+        return None if not values or None in values else sum(values) / len(values)
     for method in race.methods:
         runs = race.of(method)
         gaps = [race.gap(run, run.cost) for run in runs]

@@ -246,6 +246,7 @@ TEST_F(BenchTool, RefusesBadInput) {
   ExpectOneLineError(Bench({"--reference=disc:300,disc:200"}), "expected a finer mesh");
   ExpectOneLineError(Bench({"--work=gradient", "--published=" + Path("t.json")}),
                      "expected forward");
+  ExpectOneLineError(Bench({"--time_step=1e-300"}), "at most 1e6 time steps");
   ExpectOneLineError(Bench({"--time_step=0.1,0.1"}), "found two runs 'forward ");
   ExpectOneLineError(Bench({"--share=2/2"}), "expected i/n");
   ExpectOneLineError(Bench({"--work=fit", "--solve=hybrid"}), "'ground_truth'");
