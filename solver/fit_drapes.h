@@ -19,10 +19,11 @@
 
 namespace drape {
 
-// Fits and posteriors in memory: the whole protocol of drape_fit [METHODS, P18] without files.
 struct FitInput;
 class MaterialParametrisation;
 class RolloutResiduals;
+
+// Fits and posteriors in memory: the whole protocol of drape_fit [METHODS, P18] without files.
 
 // What a fit has found.
 struct DrapeFit {

@@ -168,7 +168,7 @@ class Judgement {
     for (const std::string& reason : JudgeMessage(text, expectation_.named)) Add(reason);
   }
 
-  // Without what the command itself says, which a program may repeat.
+  // Ignores what the command itself says, which a program may repeat.
   bool HoldsNewNoNumber(std::string text) const {
     for (const std::string& argument : request_.command) {
       const std::string value = argument.substr(argument.find('=') + 1);

@@ -72,7 +72,7 @@ TEST_F(FitTool, WritesItsResult) {
   EXPECT_FALSE(std::filesystem::exists(Path("fit/checkpoint.json")));
 }
 
-// With --each an image has the fit that it has alone, beside others of which one cannot be fitted;
+// An image has the fit with --each that it has alone, beside others of which one cannot be fitted;
 // a second run fits again what has changed.
 TEST_F(FitTool, FitsEachImageByItself) {
   std::filesystem::create_directories(Path("images"));
