@@ -273,6 +273,15 @@ class SearchProcess {
   bool ended_ = false;
 };
 
+[[noreturn]] void FailSearch(const std::string& name, const OptimiserOptions& options) {
+  throw InputError("methods", "'" + name + "' ended early, expected numpy and scipy in " +
+                                  options.search_command.front());
+}
+
+bool IsOfNLopt(const std::string& name) {
+  return std::ranges::any_of(kNLopt, [&](const auto& known) { return name == known.first; });
+}
+
 // Runs the script in a process of its own, which proposes points and receives their costs.
 std::string RunSearch(BudgetedFunction& function, const std::string& name,
                       const OptimiserOptions& options) {
@@ -290,8 +299,7 @@ std::string RunSearch(BudgetedFunction& function, const std::string& name,
     for (double& value : theta) line >> value;
     if (!line) {
       if (search.Succeeds()) return "converged";
-      throw InputError(
-          "methods", "'" + name + "' ended early, expected numpy and scipy in " + command.front());
+      FailSearch(name, options);
     }
     function.AddSeconds(seconds);
     const std::optional<double> found = cost.Evaluate(theta);
@@ -464,6 +472,18 @@ const OptimiserMethod& FindOptimiser(const std::string& name) {
     names += (names.empty() ? "" : ", ") + method.name;
   }
   throw InputError("methods", "unknown name '" + name + "', expected some of " + names);
+}
+
+void CheckSearchScript(const std::vector<std::string>& names, const OptimiserOptions& options) {
+  for (const std::string& name : names) {
+    const OptimiserMethod& method = FindOptimiser(name);
+    const std::string searched = method.search.empty() ? name : method.search;
+    if (method.derivatives || IsOfNLopt(searched)) continue;
+    std::vector<std::string> command = options.search_command;
+    command.insert(command.end(), {searched, "2", "1", "1"});
+    if (RunProgram(command).status != 0) FailSearch(name, options);  // its first proposal, alone
+    return;
+  }
 }
 
 OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,

@@ -120,6 +120,9 @@ const std::vector<OptimiserMethod>& OptimiserMethods();
 // Throws InputError for a name that is not among them.
 const OptimiserMethod& FindOptimiser(const std::string& name);
 
+// Throws InputError where a search script that one of the methods needs cannot run.
+void CheckSearchScript(const std::vector<std::string>& names, const OptimiserOptions& options);
+
 // Minimises from θ = 0 until the method converges, or the budget or a cancel ends it. Throws
 // InputError where the search script cannot run.
 OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,

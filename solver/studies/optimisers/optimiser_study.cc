@@ -8,12 +8,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cuda/make_backend.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/silhouette.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/statics/stiffness.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
 #include "solver/fit/parametrisation.h"
@@ -162,11 +164,20 @@ void CheckFiles(const OptimiserStudyOptions& options, const std::vector<Image>& 
   int seed = options.twin_seed;
   for (const std::string& twin : options.twins) {
     ReadMaterial(twin);
-    CheckNameLength(twin, TwinName(twin, seed++) + ".png");
+    CheckNameLength(twin, "start_" + TwinName(twin, seed++) + ".json");
   }
   if (!options.twins.empty()) ReadMaterial(options.material, {NegativeEntries::kWarn});
   for (const std::string& mesh : {options.twin_mesh, options.mesh, options.coarse_mesh})
     ParseMeshSpec(mesh);
+  if (options.study.list) return;
+  MakeBackend(options.spec.backend,
+              std::make_shared<const ClothModel>(ParseMeshSpec(options.mesh),
+                                                 CusickScene(options.spec.contact),
+                                                 MakeLaw(options.spec.law)),
+              1);
+  CheckSearchScript(options.methods, options.optimiser);
+  for (const char* result : {"compare_optimisers.json", "report.md", "runs.csv"})
+    if (fs::exists(options.study.out)) CheckReplaceable(options.study.out + "/" + result);
 }
 
 FitSpec MakeSpec(const OptimiserStudyOptions& options) {

@@ -89,6 +89,28 @@ TEST_F(OptimisersTool, SharesHaveTheirOwnRunsAndNoTables) {
   EXPECT_FALSE(std::filesystem::exists(Path("out/compare_optimisers.json")));
 }
 
+// What would end the study is found before a silhouette is drawn.
+TEST_F(OptimisersTool, RefusesWithoutAnythingWritten) {
+  charts_ = true;  // with the Python path of this test
+  std::filesystem::create_directories(Path("without_scipy"));
+  std::ofstream(Path("without_scipy/scipy.py")) << "import missing_module\n";
+  const std::string longest = Path(std::string(245, 'L') + ".json");
+  std::filesystem::copy(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json",
+                        longest);
+  for (const auto& [option, said] :
+       {std::pair<std::string, const char*>{"--twins=" + longest, "name"},
+        {"--methods=lm,bo", "expected numpy and scipy"}}) {
+    const ProcessResult refused =
+        Run({option}, {.environment = {{"PYTHONPATH", Path("without_scipy")}}});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, testing::HasSubstr(said));
+    EXPECT_FALSE(std::filesystem::exists(Path("out"))) << option;
+  }
+  std::filesystem::create_directories(Path("out/runs.csv"));
+  EXPECT_THAT(Run({}).err, testing::HasSubstr("runs.csv: is a folder"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/twins")));
+}
+
 TEST_F(OptimisersTool, SeedsMayBeAddedAndDoNotDependOnThreads) {
   const std::vector<std::string> methods = {"--methods=lm,cmaes,hesbo_2,hesbo_2_lm",
                                             "--checkpoints=6", "--threads=2"};
