@@ -161,6 +161,12 @@ class RolloutResiduals : public ceres::EvaluationCallback {
 
   // The shape of the first run of a block at the last evaluation, valid or not [m], shape [3V].
   const Eigen::VectorXd& shape(int block) const { return evaluations_[block].runs.front().x; }
+  // Its shapes that are seen: the frames, and the end [m], shape [3V] each.
+  std::vector<Eigen::VectorXd> seen_shapes(int block) const {
+    std::vector<Eigen::VectorXd> shapes = evaluations_[block].runs.front().frames;
+    shapes.push_back(shape(block));
+    return shapes;
+  }
 
   // A point at which shapes and Jacobians were found.
   struct Point {

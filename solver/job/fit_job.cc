@@ -218,13 +218,30 @@ void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& r
   }
 }
 
+// The weights of the entries in what further experiments show [METHODS, P59], the mean over them;
+// equal ones where there are none. problem: with the fitted tables.
+Eigen::VectorXd WeightsInFurther(FitProblem problem, const std::atomic<bool>* cancel) {
+  problem.strips = nullptr;
+  if (problem.further.empty()) return EqualStiffnessWeights();
+  const TableParametrisation fitted(problem.material, ParameterTying::kScales);
+  RolloutResiduals residuals(&fitted, FurtherBlocks(problem, cancel), {});
+  residuals.PrepareForEvaluation(false, true);
+  if (!residuals.all_valid()) return EqualStiffnessWeights();
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(kMaterialEntries);
+  for (int i = 0; i < residuals.num_blocks(); ++i)
+    sum += StiffnessWeights(*problem.further[i].model, residuals.seen_shapes(i));
+  return sum / residuals.num_blocks();
+}
+
 // Without a candidate: the fit of the laboratory measurements.
-void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
+void ReportLab(const FitSpec& spec, const FitProblem& problem, const std::atomic<bool>* cancel,
+               FitReport& report) {
   if (!problem.observations.empty()) report.notes.push_back("no candidate could be fitted");
   if (!report.lab_fit || report.lab_fit->termination == FitTermination::kFailed) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
   report.measurements = ReportMeasurements(problem, {}, report.material);
+  report.stiffness_weights = WeightsInFurther(problem, cancel);
   EstimateLabCloth(spec, problem, report);
   ReportDynamics(spec, problem, report);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
@@ -276,7 +293,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   report.start_name = input.start_name;
   report.ground_truth = input.ground_truth.get();
   const FitCandidate* best = Best(state);
-  if (best == nullptr) return ReportLab(spec, problem, report);
+  if (best == nullptr) return ReportLab(spec, problem, control.cancel, report);
   report.material = report.fields      ? report.fields->material
                     : report.posterior ? report.posterior->Fabric()
                                        : FittedMaterial(spec.stages, *best);
@@ -284,9 +301,9 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   NoteMisfits(report.strips, &report.notes);
   report.measurements = ReportMeasurements(problem, FittedShapes(report, *best), report.material);
   ReportDynamics(spec, problem, report);
-  const Eigen::MatrixXd jacobian =
-      control.cancelled() ? Eigen::MatrixXd()
-                          : FitJacobian(WithIndependentContours(problem), spec.stages, *best);
+  const Eigen::MatrixXd jacobian = control.cancelled()
+                                       ? Eigen::MatrixXd()
+                                       : FitJacobian(ForIntervals(problem), spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
   const LinearFabric linear =

@@ -256,7 +256,8 @@ ordered_json ExperimentsJson(const FitProblem& problem, const FitReport& report)
                             {"name", each.name},
                             {"numbers", each.count},
                             {"misfit_sigma", each.misfit},
-                            {"largest_sigma", each.largest}});
+                            {"largest_sigma", each.largest},
+                            {"mesh_factor", each.mesh_factor}});
   ordered_json json = {{"measurements", measurements}};
   for (const DynamicsReport& each : report.dynamics) {
     ordered_json& of = json["dynamics"][ToString(each.number)];
@@ -519,7 +520,8 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                        .count = count,
                        .independent = CountIndependent(sight),
                        .misfit = std::sqrt(squares / count),
-                       .largest = residual.cwiseAbs().maxCoeff()});
+                       .largest = residual.cwiseAbs().maxCoeff(),
+                       .mesh_factor = experiment.mesh_factor});
   };
   if (const Experiment* searched = FindExperiment(problem)) {
     const std::vector<Sight> sights = MakeSights(*searched, problem.fine->model());

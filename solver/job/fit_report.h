@@ -72,6 +72,7 @@ struct MeasurementReport {
   int independent = 0;  // of them (CountIndependent)
   // Root mean square of their residuals, as their loss counts them, and the largest [sigma].
   double misfit = 0.0, largest = 0.0;
+  double mesh_factor = 1.0;  // of its experiment
 };
 // Reports all experiments, also those whose branch was not searched. shapes: of the observations.
 // Left out is what cannot be read.

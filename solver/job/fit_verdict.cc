@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "losses/outline/outline.h"
@@ -173,6 +174,15 @@ void JudgeMeasurements(const FitReport& report, Judges& judges) {
     else
       judges.shape.Add(grade, off);
   }
+  std::map<std::string, double> mesh_factors;
+  for (const MeasurementReport& each : report.measurements)
+    mesh_factors[each.experiment] = each.mesh_factor;
+  for (const auto& [experiment, factor] : mesh_factors)
+    if (factor > kMuch)
+      judges.shape.Add(FitGrade::kUsable,
+                       experiment + Format(": the mesh is too coarse for what was measured, and "
+                                           "intervals count %.2g times the sigma",
+                                           factor));
   for (const DrapeReport& drape : report.drapes) JudgeRest(drape, "", judges);
   JudgeReach(report, judges.bending);
 }

@@ -354,8 +354,7 @@ double MapEstimator::SigmaBy(double misfit) const {
 // Strips and further experiments, which elements with tables of their own do not have.
 std::vector<RolloutBlock> MapEstimator::BlocksOfFabric() const {
   if (options_.kind != PosteriorKind::kHierarchy) return {};
-  std::vector<RolloutBlock> blocks =
-      FurtherBlocks(WithIndependentContours(problem_), control_.cancel);
+  std::vector<RolloutBlock> blocks = FurtherBlocks(ForIntervals(problem_), control_.cancel);
   for (RolloutBlock& block : blocks)
     for (Sight& sight : block.sights)
       if (fit_.of_experiment) sight.sigma *= fit_.sigma;
@@ -365,7 +364,7 @@ std::vector<RolloutBlock> MapEstimator::BlocksOfFabric() const {
 // An outline is at the posterior's angles, an experiment has σ times their factor.
 Observation MapEstimator::ForPosterior(Observation observation) const {
   if (fit_.of_experiment) {
-    Experiment enlarged = WithIndependentContours(*observation.experiment);
+    Experiment enlarged = ForIntervals(*observation.experiment);
     for (Measurement& each : enlarged.measurements) each.sigma *= fit_.sigma;
     observation.experiment = std::make_shared<const Experiment>(std::move(enlarged));
     return observation;

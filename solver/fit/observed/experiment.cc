@@ -120,19 +120,23 @@ int CountIndependent(const Sight& sight) {
   return sight.is_contour ? std::min(kContourNumbers, sight.num_telling) : sight.num_telling;
 }
 
-Experiment WithIndependentContours(Experiment experiment) {
+Experiment ForIntervals(Experiment experiment) {
   for (Measurement& each : experiment.measurements) {
     const double telling = each.num_telling > 0 ? each.num_telling : double(each.data.size());
+    each.sigma *= experiment.mesh_factor;
     if (each.is_contour) each.sigma *= std::sqrt(std::max(1.0, telling / kContourNumbers));
   }
   return experiment;
 }
 
 double EnlargeSigma(double misfit, int count) {
-  constexpr double kShared = 12.0;  // numbers that errors in common have: two for each of six folds
   const double chance = 1.0 + 2.0 / std::sqrt(2.0 * count);
-  const double excess = std::max(0.0, misfit * misfit - chance * chance);
-  return std::sqrt(1.0 + excess * std::max(1.0, count / kShared));
+  return EnlargeByCommon(std::max(0.0, misfit * misfit - chance * chance), count);
+}
+
+double EnlargeByCommon(double squares, int count) {
+  constexpr double kShared = 12.0;  // numbers that errors in common have: two for each of six folds
+  return std::sqrt(1.0 + squares * std::max(1.0, count / kShared));
 }
 
 int CountResiduals(const Experiment& experiment, const ClothModel& model) {

@@ -62,6 +62,9 @@ struct Experiment {
   Eigen::VectorXd velocity = {};  // empty: none
   Dynamics dynamics = {};         // damping and air; where fitted, before the fit
   bool in_newtons = false;        // a force is measured, or known: a load
+  // The error of the mesh, which all numbers of a motion have in common, as a factor on their sigma
+  // for intervals; found by the fit.
+  double mesh_factor = 1.0;
 };
 
 // Start `number` of an experiment, at rest: 0 … random_starts.
@@ -99,13 +102,16 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
 inline constexpr int kContourNumbers = 36;
 // The telling numbers of a sight that are independent.
 int CountIndependent(const Sight& sight);
-// The experiment for intervals: σ of contours is as much larger as they have more telling numbers
-// than independent ones.
-Experiment WithIndependentContours(Experiment experiment);
+// The experiment for intervals: σ is as much larger as the mesh's error says, and that of contours
+// as they have more telling numbers than independent ones.
+Experiment ForIntervals(Experiment experiment);
 // The factor on the standard deviations of `count` telling residuals whose misfit it is. Beyond
 // chance a misfit is an error of the model or another branch, which the residuals have in common
 // [METHODS, P75].
 double EnlargeSigma(double misfit, int count);
+// The factor where `count` numbers have an error in common, root mean square in σ, whose squares
+// these are [METHODS, P75].
+double EnlargeByCommon(double squares, int count);
 // N of all its measurements.
 int CountResiduals(const Experiment& experiment, const ClothModel& model);
 

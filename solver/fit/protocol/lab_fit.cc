@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/mesh/halve_edges.h"
 #include "solver/fit/parametrisation.h"
 
 namespace drape {
@@ -51,46 +52,86 @@ std::vector<Eigen::VectorXd> ListScales(RolloutResiduals& residuals, int scales,
   return points;
 }
 
-// The best fit of scales from each of their starts.
-FitSummary FitScales(const RolloutResiduals& residuals, int scales, bool moves,
-                     const FitOptions& options) {
-  RolloutResiduals trial = residuals;
-  const std::vector<Eigen::VectorXd> points = ListScales(trial, scales, moves, options);
-  RolloutCounts counts = trial.counts();
-  double seconds = 0.0;
-  FitSummary best;
-  for (const Eigen::VectorXd& point : points) {
-    RolloutResiduals own = residuals;
-    Eigen::Map<Eigen::VectorXd>(own.theta(), point.size()) = point;
-    FitSummary fit = Fit(own, options);
-    seconds += fit.seconds;
-    counts += fit.counts;
-    if (best.theta.size() == 0 || (fit.theta.size() > 0 && fit.final_cost < best.final_cost))
-      best = std::move(fit);
-    if (IsCancelled(options)) break;
-  }
-  if (IsCancelled(options) && best.theta.size() > 0) best.termination = FitTermination::kCancelled;
-  best.seconds = seconds;
-  best.counts = counts;
-  return best;
-}
-
-// Scales the rows of contours as WithIndependentContours does.
-void WidenContours(const RolloutResiduals& residuals, Eigen::MatrixXd& jacobian) {
-  for (int i = 0, row = 0; i < residuals.num_blocks() && jacobian.size() > 0; ++i)
-    for (const Sight& sight : residuals.block(i).sights) {
-      const auto rows = static_cast<int>(sight.data.size());
-      if (sight.is_contour)
-        jacobian.middleRows(row, rows) *=
-            std::sqrt(double(CountIndependent(sight)) / sight.num_telling);
-      row += rows;
-    }
-}
-
 bool HasMotion(const FitProblem& problem) {
   return std::ranges::any_of(problem.further, [](const SettledExperiment& each) {
     return each.experiment->motion.has_value();
   });
+}
+
+// The motion on a mesh of half the edges; nothing where it is read by numbers of vertices.
+std::optional<SettledExperiment> OnFinerMesh(const SettledExperiment& each) {
+  Experiment finer = *each.experiment;
+  for (const Measurement& measurement : finer.measurements)
+    if (measurement.by_vertex_numbers) return std::nullopt;
+  finer.mesh = HalveEdges(each.model->mesh);
+  const auto weights =
+      InterpolationWeights(each.model->mesh, finer.mesh.uv, Extrapolation::kLinear);
+  State start{ReadPositions(weights, each.start.x), ReadPositions(weights, each.start.v)};
+  auto model = std::make_shared<const ClothModel>(finer.mesh, finer.scene, each.model->law);
+  return SettledExperiment{.experiment = std::make_shared<const Experiment>(std::move(finer)),
+                           .model = std::move(model),
+                           .start = std::move(start)};
+}
+
+// The residuals of one motion with the problem's material; nothing where it cannot be computed.
+std::optional<Eigen::VectorXd> ReadMotion(FitProblem problem, const SettledExperiment& motion,
+                                          const std::atomic<bool>* cancel) {
+  problem.strips = nullptr;
+  problem.further = {motion};
+  const TableParametrisation fitted(problem.material, ParameterTying::kScales);
+  RolloutResiduals residuals(&fitted, FurtherBlocks(problem, cancel), {});
+  residuals.PrepareForEvaluation(false, true);
+  if (!residuals.all_valid()) return std::nullopt;
+  Eigen::VectorXd weighed = residuals.residual(0);
+  residuals.Weigh(0, weighed, nullptr);
+  return weighed;
+}
+
+// What ever finer meshes change of the numbers of a motion, root mean square [sigma], from what
+// half the edges change: the error falls with the square of the edges. Nothing where that is not
+// known.
+std::optional<double> FindMeshMisfit(const FitProblem& problem, const SettledExperiment& motion,
+                                     const std::atomic<bool>* cancel) {
+  constexpr double kOfAllFiner = 4.0 / 3.0;
+  const std::optional<SettledExperiment> finer = OnFinerMesh(motion);
+  if (!finer) return std::nullopt;
+  const std::optional<Eigen::VectorXd> own = ReadMotion(problem, motion, cancel),
+                                       other = ReadMotion(problem, *finer, cancel);
+  if (!own || !other || own->size() != other->size()) return std::nullopt;
+  const int count = CountResiduals(*motion.experiment, *motion.model);
+  return kOfAllFiner * std::sqrt((*own - *other).squaredNorm() / count);
+}
+
+// Counts the error of the mesh of each motion, for intervals, with the problem's material.
+void CountMeshErrors(const std::atomic<bool>* cancel, FitProblem& problem, std::string* note) {
+  for (SettledExperiment& each : problem.further) {
+    if (!each.experiment->motion) continue;
+    const std::optional<double> misfit = FindMeshMisfit(problem, each, cancel);
+    if (!misfit) {
+      *note += (note->empty() ? "" : "; ") + each.experiment->name +
+               ": what a finer mesh would change is unknown, so no interval contains it";
+      continue;
+    }
+    Experiment counted = *each.experiment;
+    int independent = 0;
+    for (const Sight& sight : MakeSights(counted, *each.model))
+      independent += CountIndependent(sight);
+    counted.mesh_factor = EnlargeByCommon(*misfit * *misfit, independent);
+    each.experiment = std::make_shared<const Experiment>(std::move(counted));
+  }
+}
+
+// Scales the rows of FurtherBlocks as ForIntervals does.
+void ScaleForIntervals(const FitProblem& problem, Eigen::MatrixXd& jacobian) {
+  const std::vector<RolloutBlock> own = FurtherBlocks(problem, nullptr),
+                                  scaled = FurtherBlocks(ForIntervals(problem), nullptr);
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < own.size() && jacobian.size() > 0; ++i)
+    for (std::size_t k = 0; k < own[i].sights.size(); ++k) {
+      const Eigen::Index rows = own[i].sights[k].data.size();
+      jacobian.middleRows(row, rows) *= own[i].sights[k].sigma / scaled[i].sights[k].sigma;
+      row += rows;
+    }
 }
 
 // The models that are fitted one after the other, up to the last.
@@ -99,10 +140,9 @@ std::vector<ParameterTying> ListStages(ParameterTying last) {
   return {ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries};
 }
 
-}  // namespace
-
-FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
-                          std::string* note) {
+// The fit in stages from a point of scales, the first numbers of θ.
+FitSummary FitStagesFrom(const Eigen::VectorXd& scales, ParameterTying last,
+                         const FitOptions& options, FitProblem& problem, std::string* note) {
   FitSummary best;
   MaterialField base = problem.material;
   Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
@@ -110,7 +150,6 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double seconds = 0.0;
   RolloutCounts counts;
-  const bool moves = HasMotion(problem);
   const std::vector<ParameterTying> stages = ListStages(last);
   for (const ParameterTying tying : stages) {
     const TableParametrisation table(base, tying);
@@ -118,12 +157,12 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
     const Eigen::MatrixXd& tie = table.tie();
     RolloutResiduals residuals(&parametrisation,
                                FurtherBlocks(problem, options.trust_region.cancel), {});
-    Eigen::Map<Eigen::VectorXd>(residuals.theta(), parametrisation.size())
-        << MeanLogFactors(tie, log_factors),
-        of_others;
-    FitSummary summary = tying == stages[0]
-                             ? FitScales(residuals, int(table.size()), moves, options)
-                             : Fit(residuals, options);
+    Eigen::Map<Eigen::VectorXd> theta(residuals.theta(), parametrisation.size());
+    if (tying == stages[0])
+      theta = scales;
+    else
+      theta << MeanLogFactors(tie, log_factors), of_others;
+    FitSummary summary = Fit(residuals, options);
     seconds += summary.seconds;
     counts += summary.counts;
     if (summary.termination == FitTermination::kFailed) {
@@ -132,7 +171,6 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
       break;
     }
     best = std::move(summary);
-    WidenContours(residuals, best.jacobian);
     problem.material = parametrisation.Material(best.theta);
     velocity = parametrisation.StartVelocity(best.theta);
     if (best.termination == FitTermination::kCancelled || tying == last) break;
@@ -147,6 +185,42 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   AddStartVelocity(velocity, problem);
   best.seconds = seconds;
   best.counts = counts;
+  return best;
+}
+
+}  // namespace
+
+FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
+                          std::string* note) {
+  const TableParametrisation table(problem.material, ListStages(last)[0]);
+  const DynamicsParametrisation parametrisation(table, problem.fitted);
+  RolloutResiduals residuals(&parametrisation, FurtherBlocks(problem, options.trust_region.cancel),
+                             {});
+  const std::vector<Eigen::VectorXd> points =
+      ListScales(residuals, static_cast<int>(table.size()), HasMotion(problem), options);
+  RolloutCounts counts = residuals.counts();
+  double seconds = 0.0;
+  FitSummary best;
+  const FitProblem start = problem;
+  for (const Eigen::VectorXd& point : points) {
+    FitProblem own = start;
+    std::string own_note;
+    FitSummary fit = FitStagesFrom(point, last, options, own, &own_note);
+    seconds += fit.seconds;
+    counts += fit.counts;
+    const bool failed = fit.theta.size() == 0;
+    if (&point != &points[0] && (failed || !(fit.final_cost < best.final_cost))) continue;
+    best = std::move(fit);
+    problem = std::move(own);
+    *note = own_note;
+    if (IsCancelled(options)) break;
+  }
+  if (IsCancelled(options) && best.theta.size() > 0) best.termination = FitTermination::kCancelled;
+  best.seconds = seconds;
+  best.counts = counts;
+  if (best.theta.size() > 0 && !IsCancelled(options))
+    CountMeshErrors(options.trust_region.cancel, problem, note);
+  ScaleForIntervals(problem, best.jacobian);
   return best;
 }
 

@@ -398,10 +398,10 @@ const Experiment* FindExperiment(const FitProblem& problem) {
   return problem.observations.empty() ? nullptr : problem.observations.front().experiment.get();
 }
 
-FitProblem WithIndependentContours(FitProblem problem) {
+FitProblem ForIntervals(FitProblem problem) {
   const auto widen = [](std::shared_ptr<const Experiment>& experiment) {
     if (experiment != nullptr)
-      experiment = std::make_shared<const Experiment>(WithIndependentContours(*experiment));
+      experiment = std::make_shared<const Experiment>(ForIntervals(*experiment));
   };
   for (Observation& each : problem.observations) widen(each.experiment);
   for (SettledExperiment& each : problem.further) widen(each.experiment);

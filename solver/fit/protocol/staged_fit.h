@@ -128,8 +128,8 @@ std::vector<Observation> LaidObservations(const FitProblem& problem, const FitCa
 
 // The experiment that is searched; nullptr where images are fitted.
 const Experiment* FindExperiment(const FitProblem& problem);
-// The problem for intervals: all its experiments WithIndependentContours.
-FitProblem WithIndependentContours(FitProblem problem);
+// The problem for intervals: all its experiments are (ForIntervals).
+FitProblem ForIntervals(FitProblem problem);
 // The unit of misfits: px of outlines, sigma of experiments.
 const char* MisfitUnit(const FitProblem& problem);
 // Blocks beside the observations: strips, then further experiments.

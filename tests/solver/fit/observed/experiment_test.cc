@@ -353,12 +353,16 @@ TEST_F(ExperimentFileTest, PixelsAtTheOutlineOfASilhouetteCount) {
   // Neighbours on a contour err together: for intervals it is 36 numbers, and markers are as
   // before.
   EXPECT_EQ(CountIndependent(MakeSights(experiment, MakeModel(experiment))[0]), 36);
-  EXPECT_NEAR(WithIndependentContours(experiment).measurements[0].sigma,
-              std::sqrt((inside + outside) / 36.0), 1e-12);
+  EXPECT_NEAR(ForIntervals(experiment).measurements[0].sigma, std::sqrt((inside + outside) / 36.0),
+              1e-12);
   Write("m.csv", "weft_m,warp_m,x_m,y_m,z_m\n0.1,0.0,0.1,0,0\n");
   const Experiment markers = Read(R"({"markers": "m.csv", "sigma": 0.01})");
   EXPECT_EQ(CountIndependent(MakeSights(markers, MakeModel(markers))[0]), 3);
-  EXPECT_EQ(WithIndependentContours(markers).measurements[0].sigma, 0.01);
+  EXPECT_EQ(ForIntervals(markers).measurements[0].sigma, 0.01);
+  Experiment coarse = markers;
+  coarse.mesh_factor = EnlargeByCommon(0.5, 3);
+  EXPECT_NEAR(ForIntervals(coarse).measurements[0].sigma, 0.01 * std::sqrt(1.5), 1e-15);
+  EXPECT_NEAR(EnlargeByCommon(0.5, 24), std::sqrt(2.0), 1e-15);
 }
 
 // Who reads of a file that is missing or wrong also reads which key led to it.
