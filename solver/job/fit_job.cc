@@ -220,12 +220,10 @@ void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& r
 
 // The weights of the entries in what further experiments show [METHODS, P59], the mean over them;
 // equal ones where there are none. problem: with the fitted tables.
-Eigen::VectorXd WeightsInFurther(FitProblem problem, const std::atomic<bool>* cancel) {
-  problem.strips = nullptr;
+Eigen::VectorXd WeightsInFurther(const FitProblem& problem, const std::atomic<bool>* cancel) {
   if (problem.further.empty()) return EqualStiffnessWeights();
   const TableParametrisation fitted(problem.material, ParameterTying::kScales);
-  RolloutResiduals residuals(&fitted, FurtherBlocks(problem, cancel), {});
-  residuals.PrepareForEvaluation(false, true);
+  const RolloutResiduals residuals = EvaluateFurther(problem, fitted, cancel);
   if (!residuals.all_valid()) return EqualStiffnessWeights();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(kMaterialEntries);
   for (int i = 0; i < residuals.num_blocks(); ++i)

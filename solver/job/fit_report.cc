@@ -529,13 +529,9 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
       if (const auto residual = ReadResiduals(sights[i], material, shapes.front()))
         add(*searched, i, sights[i], *residual);
   }
-  FitProblem without_strips = problem;
-  without_strips.strips = nullptr;
-  std::vector<RolloutBlock> further = FurtherBlocks(without_strips, nullptr);
-  if (further.empty()) return reports;
+  if (problem.further.empty()) return reports;
   const TableParametrisation fixed(material, ParameterTying::kScales);
-  RolloutResiduals residuals(&fixed, std::move(further), {});
-  residuals.PrepareForEvaluation(false, true);
+  const RolloutResiduals residuals = EvaluateFurther(problem, fixed, nullptr);
   for (int i = 0; i < residuals.num_blocks(); ++i) {
     Eigen::Index row = 0;
     for (std::size_t k = 0; residuals.valid(i) && k < residuals.block(i).sights.size(); ++k) {

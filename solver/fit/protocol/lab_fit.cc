@@ -76,11 +76,9 @@ std::optional<SettledExperiment> OnFinerMesh(const SettledExperiment& each) {
 // The residuals of one motion with the problem's material; nothing where it cannot be computed.
 std::optional<Eigen::VectorXd> ReadMotion(FitProblem problem, const SettledExperiment& motion,
                                           const std::atomic<bool>* cancel) {
-  problem.strips = nullptr;
   problem.further = {motion};
   const TableParametrisation fitted(problem.material, ParameterTying::kScales);
-  RolloutResiduals residuals(&fitted, FurtherBlocks(problem, cancel), {});
-  residuals.PrepareForEvaluation(false, true);
+  const RolloutResiduals residuals = EvaluateFurther(problem, fitted, cancel);
   if (!residuals.all_valid()) return std::nullopt;
   Eigen::VectorXd weighed = residuals.residual(0);
   residuals.Weigh(0, weighed, nullptr);

@@ -439,6 +439,14 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
   return blocks;
 }
 
+RolloutResiduals EvaluateFurther(FitProblem problem, const TableParametrisation& fitted,
+                                 const std::atomic<bool>* cancel) {
+  problem.strips = nullptr;
+  RolloutResiduals residuals(&fitted, FurtherBlocks(problem, cancel), {});
+  residuals.PrepareForEvaluation(false, true);
+  return residuals;
+}
+
 std::vector<Observation> LaidObservations(const FitProblem& problem,
                                           const FitCandidate& candidate) {
   std::vector<Observation> observations = problem.observations;

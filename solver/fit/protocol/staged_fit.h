@@ -134,6 +134,9 @@ FitProblem ForIntervals(FitProblem problem);
 const char* MisfitUnit(const FitProblem& problem);
 // Blocks beside the observations: strips, then further experiments.
 std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem, const std::atomic<bool>* cancel);
+// The further experiments under one table, a block each, evaluated. fitted: outlives the result.
+RolloutResiduals EvaluateFurther(FitProblem problem, const TableParametrisation& fitted,
+                                 const std::atomic<bool>* cancel);
 
 // The tables of a candidate.
 MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate);
