@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/mesh/halve_edges.h"
+#include "physics/util/text_format.h"
 #include "solver/fit/parametrisation.h"
 
 namespace drape {
@@ -58,19 +59,17 @@ bool HasMotion(const FitProblem& problem) {
   });
 }
 
-// The motion on a mesh of half the edges; nothing where it is read by numbers of vertices.
-std::optional<SettledExperiment> OnFinerMesh(const SettledExperiment& each) {
+// The motion on a mesh of half the edges, which keeps the numbers of its vertices.
+SettledExperiment OnFinerMesh(const SettledExperiment& each) {
   Experiment finer = *each.experiment;
-  for (const Measurement& measurement : finer.measurements)
-    if (measurement.by_vertex_numbers) return std::nullopt;
   finer.mesh = HalveEdges(each.model->mesh);
   const auto weights =
       InterpolationWeights(each.model->mesh, finer.mesh.uv, Extrapolation::kLinear);
   State start{ReadPositions(weights, each.start.x), ReadPositions(weights, each.start.v)};
   auto model = std::make_shared<const ClothModel>(finer.mesh, finer.scene, each.model->law);
-  return SettledExperiment{.experiment = std::make_shared<const Experiment>(std::move(finer)),
-                           .model = std::move(model),
-                           .start = std::move(start)};
+  return {.experiment = std::make_shared<const Experiment>(std::move(finer)),
+          .model = std::move(model),
+          .start = std::move(start)};
 }
 
 // The residuals of one motion with the problem's material; nothing where it cannot be computed.
@@ -86,15 +85,13 @@ std::optional<Eigen::VectorXd> ReadMotion(FitProblem problem, const SettledExper
 }
 
 // What ever finer meshes change of the numbers of a motion, root mean square [sigma], from what
-// half the edges change: the error falls with the square of the edges. Nothing where that is not
-// known.
+// half the edges change: the error falls with the square of the edges. Nothing where that cannot be
+// computed.
 std::optional<double> FindMeshMisfit(const FitProblem& problem, const SettledExperiment& motion,
                                      const std::atomic<bool>* cancel) {
   constexpr double kOfAllFiner = 4.0 / 3.0;
-  const std::optional<SettledExperiment> finer = OnFinerMesh(motion);
-  if (!finer) return std::nullopt;
   const std::optional<Eigen::VectorXd> own = ReadMotion(problem, motion, cancel),
-                                       other = ReadMotion(problem, *finer, cancel);
+                                       other = ReadMotion(problem, OnFinerMesh(motion), cancel);
   if (!own || !other || own->size() != other->size()) return std::nullopt;
   const int count = CountResiduals(*motion.experiment, *motion.model);
   return kOfAllFiner * std::sqrt((*own - *other).squaredNorm() / count);
@@ -102,19 +99,21 @@ std::optional<double> FindMeshMisfit(const FitProblem& problem, const SettledExp
 
 // Counts the error of the mesh of each motion, for intervals, with the problem's material.
 void CountMeshErrors(const std::atomic<bool>* cancel, FitProblem& problem, std::string* note) {
+  constexpr double kUnknown = 100.0;  // the factor where no finer mesh can be computed
   for (SettledExperiment& each : problem.further) {
     if (!each.experiment->motion) continue;
     const std::optional<double> misfit = FindMeshMisfit(problem, each, cancel);
-    if (!misfit) {
+    if (!misfit)
       *note += (note->empty() ? "" : "; ") + each.experiment->name +
-               ": what a finer mesh would change is unknown, so no interval contains it";
-      continue;
-    }
+               Format(
+                   ": what a finer mesh would change is unknown, so intervals count %g times "
+                   "the sigma",
+                   kUnknown);
     Experiment counted = *each.experiment;
     int independent = 0;
     for (const Sight& sight : MakeSights(counted, *each.model))
       independent += CountIndependent(sight);
-    counted.mesh_factor = EnlargeByCommon(*misfit * *misfit, independent);
+    counted.mesh_factor = misfit ? EnlargeByCommon(*misfit * *misfit, independent) : kUnknown;
     each.experiment = std::make_shared<const Experiment>(std::move(counted));
   }
 }
