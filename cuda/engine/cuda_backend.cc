@@ -41,47 +41,35 @@ struct Share {
   }
 };
 
-// Throws InputError where a batch wants what the kernels have not, for which `found` looks.
-template <class Found>
-void Require(std::span<const RolloutInput> batch, const Found& found, const std::string& what) {
-  if (std::ranges::any_of(batch, found))
-    throw InputError("cuda", "found " + what + ", which only the CPU backend computes");
-}
-
-void RequireNoDrag(std::span<const RolloutInput> batch, const std::string& where) {
-  Require(
-      batch, [](const RolloutInput& input) { return input.material->dynamics.air_drag != 0.0; },
-      "drag of air " + where);
-}
-
-void RequireTableColumns(std::span<const RolloutInput> batch) {
-  Require(
-      batch,
-      [](const RolloutInput& input) {
-        const TangentOptions* more = input.tangent;
-        return more != nullptr &&
-               (more->dynamics || more->start_dx.size() > 0 || more->start_dv.size() > 0);
-      },
-      "further columns of a tangent");
-}
-
-void RequireTangents(std::span<const RolloutInput> batch) {
-  RequireNoDrag(batch, "in derivatives");
-  RequireTableColumns(batch);
-}
-
-void RequireAdjoints(std::span<const RolloutInput> batch, const RolloutOptions& options,
-                     bool has_faces) {
-  RequireNoDrag(batch, "in derivatives");
-  for (const RolloutInput& input : batch)
-    CHECK(input.adjoint == nullptr || input.adjoint->frames.empty() ||
-          input.adjoint->frames.size() == options.frames.size())
-        << "AdjointOptions";
+// Throws InputError where air acts, or a rollout wants a derivative by it, in a scene without
+// stretch: the device then has no faces.
+void RequireNoAir(std::span<const RolloutInput> batch, bool has_faces,
+                  bool (*wants_derivative)(const RolloutInput&)) {
   if (has_faces) return;
-  Require(
-      batch,
-      [](const RolloutInput& input) { return input.adjoint != nullptr && input.adjoint->dynamics; },
-      "an adjoint by drag in a scene without stretch");
+  for (const RolloutInput& input : batch)
+    if (input.material->dynamics.air_drag != 0.0 || wants_derivative(input))
+      throw InputError(
+          "cuda",
+          "found drag of air, or a derivative by it, in a scene without stretch, which "
+          "only the CPU backend computes");
+}
+bool WantsNothing(const RolloutInput& /*input*/) { return false; }
+bool WantsTangent(const RolloutInput& input) {
+  return input.tangent != nullptr && input.tangent->dynamics;
+}
+bool WantsAdjoint(const RolloutInput& input) {
+  return input.adjoint != nullptr && input.adjoint->dynamics;
+}
+
+// CHECKs the shapes of what the tangents of a batch begin with.
+void CheckStartColumns(std::span<const RolloutInput> batch, int dofs) {
+  for (const RolloutInput& input : batch) {
+    if (input.tangent == nullptr) continue;
+    const RowMatrix &dx = input.tangent->start_dx, &dv = input.tangent->start_dv;
+    CHECK((dx.size() == 0 || dx.rows() == dofs) && (dv.size() == 0 || dv.rows() == dofs) &&
+          (dx.size() == 0 || dv.size() == 0 || dx.cols() == dv.cols()))
+        << "TangentOptions";
+  }
 }
 
 class CudaBackend final : public Backend {
@@ -107,7 +95,7 @@ class CudaBackend final : public Backend {
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
     options.Check();
-    if (!model_->scene.stretch) RequireNoDrag(batch, "in a scene without stretch");
+    RequireNoAir(batch, model_->scene.stretch, WantsNothing);
     std::vector<RolloutResult> results(batch.size());
     std::vector<char> failed(batch.size());
     if (recordings != nullptr) recordings->assign(batch.size(), {});
@@ -130,7 +118,8 @@ class CudaBackend final : public Backend {
                                       std::span<const MaterialField* const> weights,
                                       const RolloutOptions& options) override {
     options.Check();
-    RequireTangents(batch);
+    RequireNoAir(batch, model_->scene.stretch, WantsTangent);
+    CheckStartColumns(batch, model_->num_dofs());
     CHECK_EQ(weights.size(), batch.size());
     std::vector<TangentResult> results(batch.size());
     std::vector<char> failed(batch.size());
@@ -148,7 +137,11 @@ class CudaBackend final : public Backend {
                                       std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
     options.Check();
-    RequireAdjoints(batch, options, model_->scene.stretch);
+    RequireNoAir(batch, model_->scene.stretch, WantsAdjoint);
+    for (const RolloutInput& input : batch)
+      CHECK(input.adjoint == nullptr || input.adjoint->frames.empty() ||
+            input.adjoint->frames.size() == options.frames.size())
+          << "AdjointOptions";
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());
@@ -180,7 +173,6 @@ class CudaBackend final : public Backend {
   std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
     CHECK_EQ(weights.size(), batch.size());
-    RequireTableColumns(batch);
     std::vector<RowMatrix> results(batch.size());
     SplitOverDevices(batch.size(), [&](const Share& s) {
       s.engine->equilibria.Tangents(s.Of(batch), s.Of(weights), s.Of(results));

@@ -204,10 +204,10 @@ void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
 }
 
 void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
-                      const StepWorkspace& w, int first, double h, double* rhs) {
+                      const StepWorkspace& w, const double* v, int first, double h, double* rhs) {
   const StepRecords records = w.records.From(on.cloth, first);
   LaunchElementRecords(on, records);
-  LaunchGatherStep(on, records, nullptr, h, w.MatrixFrom(multifrontal.view(), first), nullptr);
+  LaunchGatherStep(on, records, v, h, w.MatrixFrom(multifrontal.view(), first), nullptr);
   multifrontal.FactorAndSolve(w.FactorFrom(multifrontal.view(), first), rhs, rhs, on.batch.slots,
                               on.batch.all_slots, on.stream);
 }

@@ -130,9 +130,11 @@ struct StepWorkspace {
 // Records, matrix and right-hand side, then v' in workspace.solution.
 void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
                      const StepWorkspace& workspace, int first, double h);
-// Factors A at the group's shapes and solves for rhs in place, unless it is null.
+// Factors A at the group's shapes and solves for rhs in place, unless it is null. v: velocities of
+// the group before the step, null where no air acts.
 void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
-                      const StepWorkspace& workspace, int first, double h, double* rhs);
+                      const StepWorkspace& workspace, const double* v, int first, double h,
+                      double* rhs);
 // What a move is that an obstacle shortens: the end of that move, or a failure of its slot.
 enum class BlockedMove { kEnds, kFails };
 // v ← v', x ← x + h·v', as far as obstacles let it; history: of all slots.

@@ -462,12 +462,28 @@ void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<const MaterialField* const> weights,
                                  std::span<RowMatrix> results) {
+  // The column of the density is in the padding; the other numbers of DynamicsEntry are of motions.
+  static_assert(kByDensity == 0 && kPaddedEntries == kMaterialEntries + 1);
   SolveChunks(
-      resources_, batch, weights, kMaterialEntries, kPaddedEntries,
+      resources_, batch, weights, kPaddedEntries, kPaddedEntries,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
-        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
+        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs, kPaddedEntries);
+        LaunchDynamicsColumns(on, {w.step.v, w.step.v, 1.0},
+                              {.matrix = w.rhs,
+                               .columns = kPaddedEntries,
+                               .first = kMaterialEntries,
+                               .count = kByDensity + 1});
       },
       results);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    if (results[i].size() == 0) continue;
+    const bool dynamics = batch[i].tangent != nullptr && batch[i].tangent->dynamics;
+    const int used = kMaterialEntries + (dynamics ? 1 : 0);
+    RowMatrix wanted =
+        RowMatrix::Zero(results[i].rows(), kMaterialEntries + (dynamics ? kDynamicsEntries : 0));
+    wanted.leftCols(used) = results[i].leftCols(used);
+    results[i] = std::move(wanted);
+  }
 }
 
 void EquilibriumEngine::Jvp(std::span<const RolloutInput> batch,

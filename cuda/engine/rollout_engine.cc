@@ -12,16 +12,51 @@
 namespace drape {
 namespace {
 
+// The columns of the tangents of a batch: by entries, padded, then by numbers of DynamicsEntry
+// where a rollout wants them, and by the start.
+struct TangentLayout {
+  static constexpr int kFirstNumber = kPaddedEntries;
+  bool dynamics = false;  // of some rollout
+  int first_of_start = kPaddedEntries;
+  int columns = kPaddedEntries;
+
+  explicit TangentLayout(std::span<const RolloutInput> batch) {
+    dynamics = std::ranges::any_of(batch, [](const RolloutInput& input) {
+      return input.tangent != nullptr && input.tangent->dynamics;
+    });
+    if (dynamics) first_of_start += kDynamicsEntries;
+    int most = 0;
+    for (const RolloutInput& input : batch) most = std::max(most, CountOfStart(input));
+    columns = PaddedColumns(first_of_start + most);
+  }
+  static int CountOfStart(const RolloutInput& input) {
+    if (input.tangent == nullptr) return 0;
+    return static_cast<int>(
+        std::max(input.tangent->start_dx.cols(), input.tangent->start_dv.cols()));
+  }
+  // The columns that a rollout wants, of all, shape [3V, columns].
+  RowMatrix Select(const RowMatrix& all, const RolloutInput& input) const {
+    const int numbers = input.tangent != nullptr && input.tangent->dynamics ? kDynamicsEntries : 0;
+    const int of_start = CountOfStart(input);
+    RowMatrix wanted(all.rows(), kMaterialEntries + numbers + of_start);
+    wanted.leftCols<kMaterialEntries>() = all.leftCols<kMaterialEntries>();
+    wanted.middleCols(kMaterialEntries, numbers) = all.middleCols(kFirstNumber, numbers);
+    wanted.rightCols(of_start) = all.middleCols(first_of_start, of_start);
+    return wanted;
+  }
+};
+
 struct TangentWorkspace {
   StepWorkspace step;
   DerivativeRecords derivatives;
   FactorRecords factors;
   double* blocks;   // [9·num_blocks] a slot
-  double *dx, *dv;  // [3V, kPaddedEntries]
-  double* vectors;  // [vector_size, kPaddedEntries]
+  double *dx, *dv;  // [3V, columns]
+  double* vectors;  // [vector_size, columns]
 
-  static TangentWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots) {
-    const std::size_t n = slots;
+  static TangentWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots,
+                               const TangentLayout& layout) {
+    const std::size_t n = slots, columns = layout.columns;
     const ClothView& view = cloth.view();
     TangentWorkspace w{};
     w.step = StepWorkspace::Take(arena, cloth, slots);
@@ -30,9 +65,9 @@ struct TangentWorkspace {
     w.factors = {arena.Take<FaceFactors>(n * view.num_faces),
                  arena.Take<HingeFactors>(n * view.num_hinges)};
     w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
-    w.dx = arena.Take<double>(n * view.num_dofs() * kPaddedEntries);
-    w.dv = arena.Take<double>(n * view.num_dofs() * kPaddedEntries);
-    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * kPaddedEntries);
+    w.dx = arena.Take<double>(n * view.num_dofs() * columns);
+    w.dv = arena.Take<double>(n * view.num_dofs() * columns);
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
     return w;
   }
 };
@@ -53,51 +88,89 @@ const double* LaunchDamping(const LaunchContext& on, const StepWorkspace& step, 
   return damped;
 }
 
-// A step of a group of slots, from `first` on, and of its derivatives.
+// Whether air acts in some rollout of a batch.
+bool InAir(std::span<const RolloutInput> batch) {
+  return std::ranges::any_of(
+      batch, [](const RolloutInput& input) { return input.material->dynamics.air_drag != 0.0; });
+}
+
+// A step of a batch with its derivatives.
+struct TangentStep {
+  const TangentWorkspace& w;
+  const TangentLayout& layout;
+  const MaterialView* scales;
+  double h;
+  bool in_air;
+};
+
+// Launches the step of a group of slots, from `first` on.
 void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal,
-                       const TangentWorkspace& w, const MaterialView* scales, std::int64_t first,
-                       double h) {
+                       const TangentStep& tangent, std::int64_t first) {
+  const TangentWorkspace& w = tangent.w;
   const PlanView& plan = multifrontal.view();
-  const std::int64_t dofs = on.cloth.num_dofs(), columns = dofs * kPaddedEntries;
+  const int columns = tangent.layout.columns;
+  const double h = tangent.h;
+  const std::int64_t dofs = on.cloth.num_dofs();
   const double* found = w.step.solution + first * dofs;
-  double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
+  double *dx = w.dx + first * dofs * columns, *dv = w.dv + first * dofs * columns;
   double* blocks = w.blocks + first * 9 * on.cloth.num_blocks;
   const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
   const FactorRecords factors = w.factors.From(on.cloth, first);
   LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
   const double* seen = LaunchDamping(on, w.step, first, found, h);
   LaunchDerivativeRecords(on, seen, h, derivatives);
-  LaunchFactorRecords(on, scales, seen, h, factors);
+  LaunchFactorRecords(on, tangent.scales + first, seen, h, factors);
   LaunchGatherDerivative(on, derivatives, found, h, blocks);
-  LaunchTangentRhs(on, factors, blocks, dx, dv);
-  multifrontal.Solve(
-      w.step.factor.From(first, plan.factor_size),
-      {dv, dv, w.vectors + first * kPaddedEntries * plan.vector_size, kPaddedEntries},
-      on.batch.slots, on.stream, {dx, h});
+  const MovingStepView step{w.step.v + first * dofs, found, h};
+  if (tangent.in_air) LaunchAddAirTangent(on, step, dx, dv, columns);
+  LaunchTangentRhs(on, factors, blocks, dx, dv, columns);
+  if (tangent.layout.dynamics)
+    LaunchDynamicsColumns(
+        on, step,
+        {.matrix = dv, .columns = columns, .first = TangentLayout::kFirstNumber, .adds = true});
+  multifrontal.Solve(w.step.factor.From(first, plan.factor_size),
+                     {dv, dv, w.vectors + first * columns * plan.vector_size, columns},
+                     on.batch.slots, on.stream, {dx, h});
   LaunchAdvanceGroup(on, w.step, static_cast<int>(first), h, BlockedMove::kFails,
                      {nullptr, nullptr, 0, nullptr});
 }
 
+// The derivatives of the starts of a batch, `part` of TangentOptions, to [3V, columns] a slot.
+void UploadStartColumns(const DeviceCloth& cloth, std::span<const RolloutInput> batch,
+                        const TangentLayout& layout, RowMatrix TangentOptions::*part, double* to) {
+  const int columns = layout.columns;
+  const std::size_t dofs = cloth.view().num_dofs();
+  std::vector<double> host(batch.size() * dofs * columns);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    const int count = TangentLayout::CountOfStart(batch[i]);
+    if (count == 0 || (batch[i].tangent->*part).size() == 0) continue;
+    RowMatrix all = RowMatrix::Zero(dofs, columns);
+    all.middleCols(layout.first_of_start, count) = batch[i].tangent->*part;
+    cloth.ToEliminationOrder(all.data(), columns, columns, host.data() + i * dofs * columns);
+  }
+  CopyToDevice<double>(host, to);
+}
+
 // The steps that were done. at_frame: sees the workspace there.
-int RunTangents(DeviceResources& resources, TangentWorkspace w, std::span<const RolloutInput> batch,
-                std::span<const MaterialField* const> weights, const RolloutOptions& options,
-                const std::function<void(int frame)>& at_frame) {
+int RunTangents(DeviceResources& resources, TangentWorkspace w, const TangentLayout& layout,
+                std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+                const RolloutOptions& options, const std::function<void(int frame)>& at_frame) {
   const DeviceCloth& cloth = resources.cloth();
   const int slots = static_cast<int>(batch.size()), dofs = cloth.view().num_dofs();
-  const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
   const DeviceMaterials materials(CollectMaterials(batch)), scales(weights);
   resources.UploadStarts(batch, w.step.x, w.step.v);
   resources.Clear(w.step.failed, slots * sizeof(int));
-  resources.Clear(w.dx, slots * columns * sizeof(double));
-  resources.Clear(w.dv, slots * columns * sizeof(double));
+  UploadStartColumns(cloth, batch, layout, &TangentOptions::start_dx, w.dx);
+  UploadStartColumns(cloth, batch, layout, &TangentOptions::start_dv, w.dv);
   ForgetDamping(batch, w.step);
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
   LaunchPushOut(resources.On(shapes), w.step.x);
+  const TangentStep tangent{w, layout, scales.views(), options.h, InAir(batch)};
   const Streams& streams = resources.streams();
   const Graph step(streams, [&] {
     streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
       LaunchTangentStep(resources.On(SliceBatch(shapes, first, count, dofs), stream),
-                        cloth.multifrontal(), w, scales.views() + first, first, options.h);
+                        cloth.multifrontal(), tangent, first);
     });
   });
   const int done =
@@ -106,11 +179,8 @@ int RunTangents(DeviceResources& resources, TangentWorkspace w, std::span<const 
   return done;
 }
 
-// The gradients by numbers of DynamicsEntry that the device computes: there is no air, so the
-// derivatives by the wind are zero.
-constexpr int kDeviceNumbers = kByAirDrag + 1;
-static_assert(kByDensity == 0 && kByMassDamping == 1 && kByStiffnessDamping == 2 &&
-              kDeviceNumbers == 4);
+static_assert(kDynamicsNumbers == kDynamicsEntries && kByDensity == 0 && kByMassDamping == 1 &&
+              kByStiffnessDamping == 2 && kByAirDrag == 3 && kByWind == 4);
 
 bool WantsDynamics(const RolloutInput& input) {
   return input.adjoint != nullptr && input.adjoint->dynamics;
@@ -125,7 +195,8 @@ struct AdjointWorkspace {
   double *adj_x, *adj_v, *lambda;  // [3V, columns]
   double* vectors;                 // [vector_size, columns]
   double *start_v, *before;        // [3V], before the first and the present step
-  double* dynamics;                // [4, columns], by density, α, β and drag
+  double* numbers;                 // [3V, 7], by the numbers of DynamicsEntry
+  double* dynamics;                // [7, columns], the gradient by them
 
   static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
     const std::size_t n = slots;
@@ -146,7 +217,8 @@ struct AdjointWorkspace {
     w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
     w.start_v = arena.Take<double>(n * view.num_dofs());
     w.before = arena.Take<double>(n * view.num_dofs());
-    w.dynamics = arena.Take<double>(n * kDeviceNumbers * columns);
+    w.numbers = arena.Take<double>(n * view.num_dofs() * kDynamicsNumbers);
+    w.dynamics = arena.Take<double>(n * kDynamicsNumbers * columns);
     return w;
   }
 };
@@ -159,7 +231,7 @@ struct AdjointStep {
   double h;
   int columns;
   bool factors_kept;
-  bool dynamics;
+  bool dynamics, in_air;
 };
 
 // Launches the step back of a group of slots, from `first` on.
@@ -172,33 +244,38 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
   double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
   double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
   LaunchLoadHistory(on, back.history + first, w.step.step, w.step.x + first * dofs, end_v);
+  double* before = w.before + first * dofs;
+  if (back.dynamics || back.in_air)
+    LaunchLoadBefore(on, back.history + first, w.start_v + first * dofs, w.step.step, before);
+  const MovingStepView step{before, end_v, back.h};
   LaunchAdjointRhs(on, adj_x, adj_v, back.h, lambda, m);
   // A single right-hand side is solved for during a new factorisation.
   if (!back.factors_kept)
-    LaunchFactorStep(on, multifrontal, w.step, first, back.h, m == 1 ? lambda : nullptr);
+    LaunchFactorStep(on, multifrontal, w.step, back.in_air ? before : nullptr, first, back.h,
+                     m == 1 ? lambda : nullptr);
   if (back.factors_kept || m > 1)
     multifrontal.Solve(w.step.factor.From(first, plan.factor_size),
                        {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
                        on.batch.slots, on.stream);
   if (back.dynamics) {
-    double* before = w.before + first * dofs;
-    LaunchLoadBefore(on, back.history + first, w.start_v + first * dofs, w.step.step, before);
-    LaunchDynamicsGradient(on, before, end_v, back.h, lambda,
-                           w.dynamics + 1LL * first * kDeviceNumbers * m, m);
+    double* numbers = w.numbers + first * dofs * kDynamicsNumbers;
+    LaunchDynamicsColumns(on, step, {.matrix = numbers});
+    LaunchDynamicsGradient(on, numbers, lambda, w.dynamics + 1LL * first * kDynamicsNumbers * m, m);
   }
   const double* seen = LaunchDamping(on, w.step, first, end_v, back.h);
   if (m == 1) {
     const AdjointRecords records = w.single.From(on.cloth, first);
     LaunchAdjointRecords(on, seen, back.h, lambda, records, back.sums.From(first));
     LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
-    return;
+  } else {
+    double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
+    const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
+    LaunchDerivativeRecords(on, seen, back.h, derivatives);
+    LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
+    LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
+    LaunchAdjointMaterial(on, seen, back.h, lambda, back.sums.From(first), m);
   }
-  double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
-  const DerivativeRecords derivatives = w.derivatives.From(on.cloth, first);
-  LaunchDerivativeRecords(on, seen, back.h, derivatives);
-  LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
-  LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
-  LaunchAdjointMaterial(on, seen, back.h, lambda, back.sums.From(first), m);
+  if (back.in_air) LaunchAddAirAdjoint(on, step, lambda, adj_x, adj_v, m);
 }
 
 // What a batch leaves on the device, in the resources' memory: valid until their next batch.
@@ -210,7 +287,7 @@ struct RolloutRun {
 };
 struct AdjointRun {
   double *adj_x, *adj_v;  // ∂L/∂start, [3V, columns] a slot
-  double* dynamics;       // [4, columns] a slot
+  double* dynamics;       // [7, columns] a slot
   DeviceGradient sums;
   std::vector<int> failed;  // of each slot
   int steps;                // done
@@ -275,31 +352,33 @@ void CollectEnds(DeviceResources& resources, const StepWorkspace& w, int steps, 
 
 // place(i): the matrix of slot i.
 template <class Place>
-void DownloadTangents(const DeviceResources& resources, const double* from, std::size_t slots,
+void DownloadTangents(const DeviceResources& resources, const double* from,
+                      const TangentLayout& layout, std::span<const RolloutInput> batch,
                       const Place& place) {
-  const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * kPaddedEntries;
-  const std::vector<double> host = Download(from, slots * columns);
+  const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * layout.columns;
+  const std::vector<double> host = Download(from, batch.size() * columns);
 #pragma omp parallel for num_threads(resources.threads())
-  for (std::size_t i = 0; i < slots; ++i) {
-    RowMatrix& to = place(i);
-    to.resize(dofs, kMaterialEntries);
-    resources.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
-                                  to.data());
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    RowMatrix all(dofs, layout.columns);
+    resources.cloth().ToMeshOrder(host.data() + i * columns, layout.columns, layout.columns,
+                                  all.data());
+    place(i) = layout.Select(all, batch[i]);
   }
 }
 
 // Appends states and tangents at a frame to those of the results, or hands the tangents on. Slots
 // that have failed are left to the host, which calls for their frames again.
-void CollectTangentFrame(DeviceResources& resources, const TangentWorkspace& w, int frame,
+void CollectTangentFrame(DeviceResources& resources, const TangentWorkspace& w,
+                         const TangentLayout& layout, int frame,
                          std::span<const RolloutInput> batch, std::span<TangentResult> results,
                          std::span<RolloutResult* const> ends) {
   resources.DownloadEnds(w.step.x, w.step.v, ends);
   for (RolloutResult* end : ends) end->frames.push_back(end->end);
   for (TangentResult& result : results) result.frames.emplace_back();
   const auto at = [&](std::size_t i) -> FrameTangent& { return results[i].frames.back(); };
-  DownloadTangents(resources, w.dx, results.size(),
+  DownloadTangents(resources, w.dx, layout, batch,
                    [&](std::size_t i) -> RowMatrix& { return at(i).dx; });
-  DownloadTangents(resources, w.dv, results.size(),
+  DownloadTangents(resources, w.dv, layout, batch,
                    [&](std::size_t i) -> RowMatrix& { return at(i).dv; });
   const std::vector<int> failed = Download(w.step.failed, results.size());
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -326,17 +405,17 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   resources.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
   resources.Clear(w.step.failed, slots * sizeof(int));
   ForgetDamping(batch, w.step);
-  resources.Clear(w.dynamics, sizeof(double) * slots * kDeviceNumbers * columns);
-  const bool dynamics = std::ranges::any_of(batch, WantsDynamics);
-  if (dynamics) resources.UploadStarts(batch, w.step.x, w.start_v);
+  resources.Clear(w.dynamics, sizeof(double) * slots * kDynamicsNumbers * columns);
+  const bool dynamics = std::ranges::any_of(batch, WantsDynamics), in_air = InAir(batch);
+  if (dynamics || in_air) resources.UploadStarts(batch, w.step.x, w.start_v);
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
   const FactorPlace kept =
       FindKeptFactors(recordings, cloth.multifrontal().view().factor_size, w.step.step);
   if (kept.base != nullptr) w.step.factor = kept;
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-  const AdjointStep back{w,       history.slots(),      sums,    options.h,
-                         columns, kept.base != nullptr, dynamics};
+  const AdjointStep back{w,       history.slots(),      sums,     options.h,
+                         columns, kept.base != nullptr, dynamics, in_air};
   const Streams& streams = resources.streams();
   const Graph step(streams, [&] {
     streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
@@ -392,20 +471,23 @@ void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
   const DeviceCloth& cloth = resources_.cloth();
   std::vector<RolloutResult*> ends;
   for (TangentResult& result : results) ends.push_back(&result.rollout);
+  const TangentLayout layout(batch);
   TangentWorkspace w{};
-  const auto take = [&](Arena& arena, int n) { w = TangentWorkspace::Take(arena, cloth, n); };
+  const auto take = [&](Arena& arena, int n) {
+    w = TangentWorkspace::Take(arena, cloth, n, layout);
+  };
   resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
     resources_.Allocate(static_cast<int>(count), take);
     const auto chunk = batch.subspan(first, count);
     const auto found = results.subspan(first, count);
     const auto chunk_ends = std::span(ends).subspan(first, count);
     const int done = RunTangents(
-        resources_, w, chunk, weights.subspan(first, count), options,
-        [&](int k) { CollectTangentFrame(resources_, w, k, chunk, found, chunk_ends); });
+        resources_, w, layout, chunk, weights.subspan(first, count), options,
+        [&](int k) { CollectTangentFrame(resources_, w, layout, k, chunk, found, chunk_ends); });
     CollectEnds(resources_, w.step, done, options.steps, chunk_ends, failed.subspan(first, count));
-    DownloadTangents(resources_, w.dx, count,
+    DownloadTangents(resources_, w.dx, layout, chunk,
                      [&](std::size_t i) -> RowMatrix& { return found[i].dx; });
-    DownloadTangents(resources_, w.dv, count,
+    DownloadTangents(resources_, w.dv, layout, chunk,
                      [&](std::size_t i) -> RowMatrix& { return found[i].dv; });
   });
 }
@@ -437,16 +519,14 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
     };
     collect(run.adj_x, &AdjointResult::x0);
     collect(run.adj_v, &AdjointResult::v0);
-    const std::vector<double> numbers = Download(run.dynamics, count * kDeviceNumbers * m);
+    const std::vector<double> numbers = Download(run.dynamics, count * kDynamicsNumbers * m);
     for (std::size_t i = 0; i < count; ++i) {
       AdjointResult& result = results[first + i];
       failed[first + i] = run.failed[i] != 0;
-      if (WantsDynamics(batch[first + i])) {
-        result.dynamics = RowMatrix::Zero(kDynamicsEntries, used);
-        result.dynamics.topRows<kDeviceNumbers>() =
-            Eigen::Map<const RowMatrix>(numbers.data() + i * kDeviceNumbers * m, kDeviceNumbers, m)
-                .leftCols(used);
-      }
+      if (WantsDynamics(batch[first + i]))
+        result.dynamics = Eigen::Map<const RowMatrix>(numbers.data() + i * kDynamicsNumbers * m,
+                                                      kDynamicsNumbers, m)
+                              .leftCols(used);
       result.material = run.sums.Collect(batch[first + i], static_cast<int>(i), used);
       if (run.steps < steps) result = {RolloutStatus::kCancelled, {}, {}, {}};
     }

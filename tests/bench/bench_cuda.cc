@@ -33,6 +33,9 @@ DEFINE_string(
 DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_bool(contact, false, "keeps the hanging cloth out of the support");
 DEFINE_double(bend, 1.0, "factor on the fabrics' bend tables: soft ones touch the support");
+DEFINE_bool(
+    air, false,
+    "wind, and derivatives by all numbers of the motion and by its velocity at the start too");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
 DEFINE_int32(frames, 0,
@@ -95,6 +98,11 @@ struct Batch {
     seeds.frames.assign(FLAGS_frames, {ones, {}});
     for (const char* name : kFabrics)
       fields.push_back(Scaled(ReadFabric(FabricsFolder() + "/" + name + ".json"), 1.0, FLAGS_bend));
+    if (FLAGS_air) {
+      for (MaterialField& field : fields) field.dynamics = {.air_drag = 0.6, .wind = {1, 0, 0.5}};
+      reader.dynamics = seeds.dynamics = true;
+      reader.start_dv = Eigen::Matrix3d::Identity().replicate(model.mesh.num_vertices(), 1);
+    }
     for (int i = 0; i < count; ++i) {
       State start = model.RestState();
       start.x = ApplyStartShape(model.mesh, 0.09, RandomStartShape(i, 3e-3));

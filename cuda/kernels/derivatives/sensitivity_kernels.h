@@ -41,10 +41,11 @@ void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& re
 void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,
                          double h, const FactorRecords& records);
 
-// Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, kPaddedEntries]
-// a slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
+// Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, columns] a slot,
+// an even number of columns: the entries, the padding to kPaddedEntries, which is zero, and further
+// ones, for which ∂g/∂p is zero. dx may be null: dv ← ∂g/∂p.
 void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, const double* blocks,
-                      const double* dx, double* dv);
+                      const double* dx, double* dv, int columns);
 
 // One column, the change of every entry by the weight that `records` were made with: rhs ← the sum
 // of the columns ∂g/∂p, [3V] a slot.
@@ -94,11 +95,32 @@ void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records,
 void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,
                            const GradientView& gradient, int columns);
 
-// The first four of DynamicsEntry (physics/cloth/assembly/dynamics.h), density, α, β and drag, of
-// slots in which no air acts (its drag is 0, of which the derivative is not), [4, m] a slot:
-// gradient += ∂(M·v + g − A·w)/∂(number)ᵀ·lambda. v: before the step, [3V] a slot.
-void LaunchDynamicsGradient(const LaunchContext& on, const double* v, const double* w, double h,
-                            const double* lambda, double* gradient, int columns);
+// A step of a batch of moving cloths: the velocities before and after it, [3V] a slot each.
+struct MovingStepView {
+  const double *v, *w;
+  double h;
+};
+// The numbers of DynamicsEntry (physics/cloth/assembly/dynamics.h), of slots in air or not.
+inline constexpr int kDynamicsNumbers = 7;
+// Where their columns go: `count` of them, from column `first` on of [3V, columns] a slot.
+struct DynamicsPlace {
+  double* matrix;
+  int columns = kDynamicsNumbers, first = 0, count = kDynamicsNumbers;
+  bool adds = false;  // to what is there
+};
+// ∂(M·v + g − A·w)/∂(number).
+void LaunchDynamicsColumns(const LaunchContext& on, const MovingStepView& step,
+                           const DynamicsPlace& place);
+// gradient += numbersᵀ·lambda, [7, columns] a slot; numbers: [3V, 7].
+void LaunchDynamicsGradient(const LaunchContext& on, const double* numbers, const double* lambda,
+                            double* gradient, int columns);
+// Derivatives of the air's impulse with w held (AddAirTangent, AddAirAdjoint), by slots with a
+// drag; shapes [3V, columns] a slot. dv += M⁻¹·(∂g/∂x·dx + ∂g/∂v·dv).
+void LaunchAddAirTangent(const LaunchContext& on, const MovingStepView& step, const double* dx,
+                         double* dv, int columns);
+// adj_x += (∂g/∂x)ᵀ·lambda, adj_v += (∂g/∂v)ᵀ·lambda.
+void LaunchAddAirAdjoint(const LaunchContext& on, const MovingStepView& step, const double* lambda,
+                         double* adj_x, double* adj_v, int columns);
 // v ← the velocities before step *step: start_v, [3V] a slot, before the first.
 void LaunchLoadBefore(const LaunchContext& on, const HistorySlot* history, const double* start_v,
                       const int* step, double* v);

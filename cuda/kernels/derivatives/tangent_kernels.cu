@@ -96,45 +96,51 @@ __device__ void AddBendColumns(const ClothView& cloth, const HingeFactors* hinge
   }
 }
 
-// Threads for the stretch columns of all vertices, then for the bend columns: the warps are of one
-// kind.
-__device__ __forceinline__ Place TangentPlace(int num_vertices) {
+// Threads for the stretch columns of all vertices, then for the bend columns and the further ones:
+// the warps are of one kind.
+__device__ __forceinline__ Place TangentPlace(int num_vertices, int columns) {
   constexpr int kStretchPairs = kStretchEntries / 2,
                 kBendPairs = kPaddedEntries / 2 - kStretchPairs;
-  const int index = blockIdx.x * blockDim.x + threadIdx.x,
-            rest = index - num_vertices * kStretchPairs;
-  return rest < 0 ? Place{index / kStretchPairs, 2 * (index % kStretchPairs)}
-                  : Place{rest / kBendPairs, kStretchEntries + 2 * (rest % kBendPairs)};
+  int index = blockIdx.x * blockDim.x + threadIdx.x;
+  if (index < num_vertices * kStretchPairs)
+    return {index / kStretchPairs, 2 * (index % kStretchPairs)};
+  index -= num_vertices * kStretchPairs;
+  if (index < num_vertices * kBendPairs)
+    return {index / kBendPairs, kStretchEntries + 2 * (index % kBendPairs)};
+  index -= num_vertices * kBendPairs;
+  const int pairs = (columns - kPaddedEntries) / 2;
+  return pairs == 0 ? Place{num_vertices, 0}
+                    : Place{index / pairs, kPaddedEntries + 2 * (index % pairs)};
 }
 
 __global__ void __launch_bounds__(kElementThreads)
     TangentRhs(ClothView cloth, ShapeBatch batch, FactorRecords all_records,
-               const double* all_blocks, const double* dx, double* dv) {
-  const Place at = TangentPlace(cloth.num_vertices);
+               const double* all_blocks, const double* dx, double* dv, int columns) {
+  const Place at = TangentPlace(cloth.num_vertices, columns);
   if (at.i >= cloth.num_vertices) return;
   const int slot = blockIdx.y;
   const FactorRecords records = all_records.From(cloth, slot);
-  const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * kPaddedEntries;
-  const std::int64_t rows = matrix + 3LL * at.i * kPaddedEntries + at.j;
+  const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * columns;
+  const std::int64_t rows = matrix + 3LL * at.i * columns + at.j;
   Columns<2> sum[3] = {};
   if (at.j < kStretchEntries) {
     AddStretchColumns(cloth, records.faces, at.i, at.j, sum);
-  } else {
+  } else if (at.j < kPaddedEntries) {
     AddBendColumns(cloth, records.hinges, at.i, at.j - kStretchEntries, sum);
   }
   if (dx != nullptr) {
     const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[at.i];
 #pragma unroll
     for (int r = 0; r < 3; ++r) {
-      const Columns<2> v = Load<2>(dv + rows + r * kPaddedEntries);
+      const Columns<2> v = Load<2>(dv + rows + r * columns);
       sum[r].v[0] += mass * v.v[0];
       sum[r].v[1] += mass * v.v[1];
     }
     AddRow<2, false>(cloth, all_blocks + 9LL * slot * cloth.num_blocks, at.i, dx + matrix + at.j,
-                     kPaddedEntries, sum);
+                     columns, sum);
   }
 #pragma unroll
-  for (int r = 0; r < 3; ++r) Store(dv + rows + r * kPaddedEntries, sum[r]);
+  for (int r = 0; r < 3; ++r) Store(dv + rows + r * columns, sum[r]);
 }
 
 // rhs = Σ_entries ∂g/∂entry·weight at each vertex.
@@ -235,9 +241,9 @@ __global__ void __launch_bounds__(kElementThreads)
 }  // namespace
 
 void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, const double* blocks,
-                      const double* dx, double* dv) {
-  LaunchForItems(on, on.cloth.num_vertices * (kPaddedEntries / 2), TangentRhs, on.cloth, on.batch,
-                 records, blocks, dx, dv);
+                      const double* dx, double* dv, int columns) {
+  LaunchForItems(on, on.cloth.num_vertices * (columns / 2), TangentRhs, on.cloth, on.batch, records,
+                 blocks, dx, dv, columns);
 }
 
 void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs) {

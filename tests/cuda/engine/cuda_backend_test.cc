@@ -3,6 +3,7 @@
 
 #include <tuple>
 
+#include "physics/cloth/assembly/dynamics.h"
 #include "physics/util/errors.h"
 #include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"
@@ -101,7 +102,8 @@ TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   }
 }
 
-// Frames of a batch whose materials are damped, each in another way or not at all.
+// Frames of a batch whose materials are damped, each in another way or not at all; every second one
+// is in wind.
 class CudaFramesTest : public CudaBackendTest {
  protected:
   void SetUp() override {
@@ -110,6 +112,10 @@ class CudaFramesTest : public CudaBackendTest {
     options_.frames = {0, 1, 5, 12};
     for (std::size_t i = 0; i < fields_.size(); ++i)
       if (i % 3 != 1) fields_[i].dynamics = {.mass_damping = 0.5, .stiffness_damping = 1e-3 * i};
+    for (std::size_t i = 0; i < fields_.size(); i += 2) {
+      fields_[i].dynamics.air_drag = 0.6;
+      fields_[i].dynamics.wind = {1.0, -0.5, 2.0};
+    }
   }
   // Seeds of rollout i, which lacks some.
   AdjointOptions Seeds(std::size_t i, int columns) {
@@ -126,12 +132,7 @@ class CudaFramesTest : public CudaBackendTest {
   }
 };
 
-// In wind too, which not all of the batch meet.
 TEST_P(CudaFramesTest, StatesAreEquivalentToReferenceAndChangeNoBit) {
-  for (std::size_t i = 0; i < fields_.size(); i += 2) {
-    fields_[i].dynamics.air_drag = 0.6;
-    fields_[i].dynamics.wind = {1.0, -0.5, 2.0};
-  }
   for (const bool record : {false, true}) {
     std::vector<Recording> recordings;
     const auto found = device_->Rollouts(inputs_, options_, record ? &recordings : nullptr);
@@ -198,22 +199,53 @@ TEST_P(CudaFramesTest, AdjointsAreEquivalentToReference) {
   }
 }
 
+// By the numbers of DynamicsEntry and by the start, of which the rollouts want none, some or all; a
+// column is the same whatever others the batch wants.
+TEST_P(CudaFramesTest, FurtherColumnsAreEquivalentToReference) {
+  const auto alone = device_->Tangents(inputs_, weights_, options_);
+  const int n = model_->num_dofs();
+  const std::vector<TangentOptions> more = {
+      {.dynamics = true,
+       .start_dx = test::RandomMatrix(n, 2, random_),
+       .start_dv = test::RandomMatrix(n, 2, random_)},
+      {.start_dv = Eigen::Matrix3d::Identity().replicate(n / 3, 1)},
+      {.dynamics = true},
+      {}};
+  for (std::size_t i = 0; i < inputs_.size(); ++i) inputs_[i].tangent = &more[i % more.size()];
+  const auto found = device_->Tangents(inputs_, weights_, options_);
+  const auto expected = host_->Tangents(inputs_, weights_, options_);
+  const auto expect_equal = [](const RowMatrix& a, const RowMatrix& b) {
+    ASSERT_EQ(a.cols(), b.cols());
+    for (int k = 0; k < a.cols(); ++k) EXPECT_LT(RelativeError(a.col(k), b.col(k)), 1e-7) << k;
+  };
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_EQ(found[i].dx.leftCols<kMaterialEntries>(), alone[i].dx) << i;
+    expect_equal(found[i].dx, expected[i].dx);
+    expect_equal(found[i].dv, expected[i].dv);
+    for (std::size_t k = 0; k < options_.frames.size(); ++k)
+      expect_equal(found[i].frames[k].dv, expected[i].frames[k].dv);
+  }
+}
+
 // What kernels have not is refused before anything runs.
-TEST_P(CudaFramesTest, RefusesWhatItHasNot) {
-  const auto expect = [](const std::string& what, const auto& act) {
+TEST_P(CudaFramesTest, RefusesAirWithoutStretch) {
+  Scene scene = model_->scene;
+  scene.stretch = false;
+  const auto model = std::make_shared<ClothModel>(model_->mesh, scene, model_->law);
+  const auto device = MakeCudaBackend(model, 1);
+  const auto expect_refused = [](const auto& act) {
     try {
       act();
-      ADD_FAILURE() << "expected to refuse " << what;
+      ADD_FAILURE() << "expected to refuse air";
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(what));
+      EXPECT_THAT(error.what(), testing::HasSubstr("in a scene without stretch"));
     }
   };
+  expect_refused([&] { (void)device->Rollouts(inputs_, options_, nullptr); });
+  for (MaterialField& field : fields_) field.dynamics.air_drag = 0.0;
   const TangentOptions columns{.dynamics = true};
   inputs_[0].tangent = &columns;
-  expect("further columns", [&] { (void)device_->Tangents(inputs_, weights_, options_); });
-  inputs_[0].tangent = nullptr;
-  fields_[0].dynamics.air_drag = 0.6;
-  expect("drag of air", [&] { (void)device_->Tangents(inputs_, weights_, options_); });
+  expect_refused([&] { (void)device->Tangents(inputs_, weights_, options_); });
 }
 
 INSTANTIATE_TEST_SUITE_P(Batches, CudaFramesTest,
@@ -245,14 +277,23 @@ TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
     EXPECT_LT((found[i].x - expected[i].x).cwiseAbs().maxCoeff(), 1e-8) << i;
     starts_[i].x = expected[i].x;
   }
+  const TangentOptions dynamics{.dynamics = true};
+  inputs_[0].tangent = &dynamics;
   const auto tangents = device_->EquilibriumTangents(inputs_, weights_);
   const auto of_host = host_->EquilibriumTangents(inputs_, weights_);
+  inputs_[0].tangent = nullptr;
   std::vector<RowMatrix> dL_dx;
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     if (of_host[i].size() == 0) {
       EXPECT_EQ(tangents[i].size(), 0) << i;
     } else {
       EXPECT_LT(RelativeError(tangents[i], of_host[i]), 1e-7) << i;
+      const auto by_density = [](const RowMatrix& of) {
+        return of.col(kMaterialEntries + kByDensity);
+      };
+      if (i == 0) {
+        EXPECT_LT(RelativeError(by_density(tangents[i]), by_density(of_host[i])), 1e-7);
+      }
     }
     dL_dx.push_back(test::RandomMatrix(model_->num_dofs(), 3, random_));
   }
