@@ -89,6 +89,7 @@ class ExperimentsTest(PythonTest):
             found, jacobian = residuals.with_jacobian(theta)
             step = np.linalg.solve(jacobian.T @ jacobian + np.eye(2), jacobian.T @ found + theta)
             theta = theta - step / max(1.0, np.abs(step).max())
+        found, jacobian = residuals.with_jacobian(theta)
         fit = drapefit.fit(experiment, prior_sigma=1, initial_stretch=1, initial_bend=1, **QUICK)
         fitted = np.log([fit.material.stretch[0, 0] / self.shirt.stretch[0, 0],
                          fit.material.bend[0, 0] / self.shirt.bend[0, 0]])
@@ -160,7 +161,7 @@ class ExperimentsTest(PythonTest):
         motion = {"steps": 100, "time_step": 0.01, "velocity": [0, 0, 1]}
         dynamics = {"mass_damping": 2.0, "air_drag": 0.5}
         frames = [20, 40, 60, 80, 100]
-        simulator = drapefit.Simulator("strip:0.2x0.05x15", HANGING, threads=2)
+        simulator = drapefit.Simulator("strip:0.2x0.05x20", HANGING, threads=2)
         velocity = np.tile([0.0, 0.0, 1.0], (len(simulator.mesh.vertices), 1))
         seen = simulator.drape(self.shirt, velocity=velocity, dynamics=dynamics, h=0.01, steps=100,
                                frames=frames).frames[0]
@@ -168,14 +169,14 @@ class ExperimentsTest(PythonTest):
                                 + 1e-3 * self.random.normal(size=x[::4].shape)},
                     "sigma": 0.001, "step": step} for x, step in zip(seen, frames)]
         experiment = self.strip_experiment(
-            {}, mesh="strip:0.2x0.05x10", scene=HANGING, measurements=markers,
+            {}, mesh="strip:0.2x0.05x15", scene=HANGING, measurements=markers,
             motion={**motion, "mass_damping": 1, "air_drag": 0.25})
         experiment["fit"] = list(dynamics)
         fit = drapefit.fit(experiment, **QUICK)
         self.assertTrue(fit.fitted, fit.notes)
         for name, found in fit.dynamics.items():
             low, high = found.interval
-            self.assertTrue(low < dynamics[name] < high < 2 * low, (name, found))
+            self.assertTrue(low < dynamics[name] < high < 1.5 * low, (name, found))
         self.assertEqual(len(fit.measurements), 5)
         self.assertEqual(fit.drapes.shape, (0, len(fit.mesh.vertices), 3))
 
