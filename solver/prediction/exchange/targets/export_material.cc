@@ -235,7 +235,8 @@ ExportedMaterial ExportBlender(const ExchangeRecord& record, FaceKind faces) {
       .verified = true,
       .evidence =
           "in Blender 3.4.1 discs of 300 to 1,200 vertices drape like the fabric, 23 of 24 within "
-          "three points of DC, and a cantilever of quads bends by its rigidity to 2 %"};
+          "three points of DC, so do three on a ball, and a cantilever of quads bends by its "
+          "rigidity to 2 %"};
 }
 
 ExportedMaterial Dispatch(ExportTarget target, const ExchangeRecord& record,

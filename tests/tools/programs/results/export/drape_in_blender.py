@@ -55,7 +55,7 @@ if "sphere" in options:
     sphere = bpy.context.object
     sphere.modifiers.new("Collision", "COLLISION")
     sphere.collision.thickness_outer = 1e-3
-    sphere.collision.cloth_friction = 80.0
+    sphere.collision.cloth_friction = 0.0
     modifier.collision_settings.distance_min = 1e-3
 else:
     modifier.collision_settings.use_collision = False
