@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cuda/make_backend.h"
 #include "losses/outline/outline.h"
 #include "losses/readout/outline_readouts.h"
 #include "physics/cloth/assembly/assembly.h"
@@ -33,9 +34,10 @@ RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   return *this;
 }
 
-RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start) {
-  const std::shared_ptr<Backend> backend = MakeCpuBackend(model, 1);
-  return {backend.get(), std::move(start), backend, std::move(model)};
+RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start,
+                         const std::string& backend) {
+  const std::shared_ptr<Backend> owned = MakeBackend(backend, model, 1);
+  return {owned.get(), std::move(start), owned, std::move(model)};
 }
 
 int RolloutBlock::num_residuals() const {
@@ -110,7 +112,7 @@ void RolloutResiduals::Rebind(Backend* backend) {
 void RolloutResiduals::RenewOwnBackends() {
   for (RolloutBlock& block : blocks_)
     for (RolloutBlock::Run& run : block.runs)
-      if (run.owned != nullptr) run = OwnRun(run.model, run.start);
+      if (run.owned != nullptr) run = OwnRun(run.model, run.start, run.owned->name());
 }
 
 bool RolloutResiduals::by_tangents(int block) const {

@@ -111,8 +111,9 @@ struct RolloutBlock {
   int num_independent() const;  // of them (CountIndependent); without experiments all
 };
 
-// A run on a CPU backend of its own.
-RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start = {});
+// A run on a backend of its own, of one host thread.
+RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start = {},
+                         const std::string& backend = "cpu");
 
 // Evaluates the residuals of all blocks at one θ: one material. The runs of a backend are one batch
 // before Ceres calls the cost functions. A block takes adjoints where it has fewer residuals than

@@ -399,7 +399,8 @@ void CheckExperiment(const FitSpec& spec, const FitData& data) {
 // Experiments that move begin at their start; others after the first, where the start tables bring
 // them.
 void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
-                   const std::string& file, FitProblem& problem) {
+                   const std::string& file, FitInput& input) {
+  FitProblem& problem = input.problem;
   for (Experiment& each : experiments) {
     SettledExperiment further{.experiment = std::make_shared<const Experiment>(std::move(each)),
                               .model = {},
@@ -408,6 +409,11 @@ void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
     if (further.experiment->motion) {
       further.start = MakeStart(*further.experiment, *further.model, 0);
       if (further.experiment->velocity.size() > 0) further.start.v = further.experiment->velocity;
+      // Without stretch a device has no faces on which air could act.
+      further.backend =
+          MakeBackend(further.model->scene.stretch ? spec.backend : "cpu", further.model, 1,
+                      input.device.empty() ? &input.device : nullptr)
+              ->name();
       problem.further.push_back(std::move(further));
       continue;
     }
@@ -510,7 +516,7 @@ FitInput MakeExperimentInput(const FitSpec& spec, FitData data, ExperimentFile f
   for (const Experiment& each : file.experiments)
     if (each.motion && !input.problem.material.dynamics.Acts())
       input.problem.material.dynamics = each.dynamics;
-  SettleFurther(spec, std::move(file.experiments), where, input.problem);
+  SettleFurther(spec, std::move(file.experiments), where, input);
   RequireModel(spec, input, where);
   input.prior = ReadPrior(spec, input.problem.material.density);
   return input;

@@ -69,7 +69,8 @@ SettledExperiment OnFinerMesh(const SettledExperiment& each) {
   auto model = std::make_shared<const ClothModel>(finer.mesh, finer.scene, each.model->law);
   return {.experiment = std::make_shared<const Experiment>(std::move(finer)),
           .model = std::move(model),
-          .start = std::move(start)};
+          .start = std::move(start),
+          .backend = each.backend};
 }
 
 // The residuals of one motion with the problem's material; nothing where it cannot be computed.

@@ -417,7 +417,7 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
   std::vector<RolloutBlock> blocks;
   if (problem.strips != nullptr) blocks = problem.strips->MakeBlocks(cancel);
   for (const SettledExperiment& each : problem.further) {
-    RolloutBlock block{.runs = {OwnRun(each.model, each.start)},
+    RolloutBlock block{.runs = {OwnRun(each.model, each.start, each.backend)},
                        .sights = MakeSights(*each.experiment, *each.model),
                        .equilibrium = {.cancel = cancel},
                        .is_unique = true};

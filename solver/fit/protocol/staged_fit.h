@@ -29,6 +29,7 @@ struct SettledExperiment {
   std::shared_ptr<const Experiment> experiment;
   std::shared_ptr<const ClothModel> model;
   State start;
+  std::string backend = "cpu";  // MakeBackend
 };
 
 // What is fitted. Backends outlive the call; all have the scene and law of `fine`.
