@@ -54,12 +54,6 @@ void RequireNoAir(std::span<const RolloutInput> batch, bool has_faces,
           "only the CPU backend computes");
 }
 bool WantsNothing(const RolloutInput& /*input*/) { return false; }
-bool WantsTangent(const RolloutInput& input) {
-  return input.tangent != nullptr && input.tangent->dynamics;
-}
-bool WantsAdjoint(const RolloutInput& input) {
-  return input.adjoint != nullptr && input.adjoint->dynamics;
-}
 
 // CHECKs the shapes of what the tangents of a batch begin with.
 void CheckStartColumns(std::span<const RolloutInput> batch, int dofs) {

@@ -21,9 +21,7 @@ struct TangentLayout {
   int columns = kPaddedEntries;
 
   explicit TangentLayout(std::span<const RolloutInput> batch) {
-    dynamics = std::ranges::any_of(batch, [](const RolloutInput& input) {
-      return input.tangent != nullptr && input.tangent->dynamics;
-    });
+    dynamics = std::ranges::any_of(batch, WantsTangent);
     if (dynamics) first_of_start += kDynamicsEntries;
     int most = 0;
     for (const RolloutInput& input : batch) most = std::max(most, CountOfStart(input));
@@ -36,7 +34,7 @@ struct TangentLayout {
   }
   // The columns that a rollout wants, of all, shape [3V, columns].
   RowMatrix Select(const RowMatrix& all, const RolloutInput& input) const {
-    const int numbers = input.tangent != nullptr && input.tangent->dynamics ? kDynamicsEntries : 0;
+    const int numbers = WantsTangent(input) ? kDynamicsEntries : 0;
     const int of_start = CountOfStart(input);
     RowMatrix wanted(all.rows(), kMaterialEntries + numbers + of_start);
     wanted.leftCols<kMaterialEntries>() = all.leftCols<kMaterialEntries>();
@@ -181,10 +179,6 @@ int RunTangents(DeviceResources& resources, TangentWorkspace w, const TangentLay
 
 static_assert(kDynamicsNumbers == kDynamicsEntries && kByDensity == 0 && kByMassDamping == 1 &&
               kByStiffnessDamping == 2 && kByAirDrag == 3 && kByWind == 4);
-
-bool WantsDynamics(const RolloutInput& input) {
-  return input.adjoint != nullptr && input.adjoint->dynamics;
-}
 
 // Workspace of the adjoint pass through recorded rollouts by slot.
 struct AdjointWorkspace {
@@ -406,7 +400,7 @@ AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> 
   resources.Clear(w.step.failed, slots * sizeof(int));
   ForgetDamping(batch, w.step);
   resources.Clear(w.dynamics, sizeof(double) * slots * kDynamicsNumbers * columns);
-  const bool dynamics = std::ranges::any_of(batch, WantsDynamics), in_air = InAir(batch);
+  const bool dynamics = std::ranges::any_of(batch, WantsAdjoint), in_air = InAir(batch);
   if (dynamics || in_air) resources.UploadStarts(batch, w.step.x, w.start_v);
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
@@ -523,7 +517,7 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
     for (std::size_t i = 0; i < count; ++i) {
       AdjointResult& result = results[first + i];
       failed[first + i] = run.failed[i] != 0;
-      if (WantsDynamics(batch[first + i]))
+      if (WantsAdjoint(batch[first + i]))
         result.dynamics = Eigen::Map<const RowMatrix>(numbers.data() + i * kDynamicsNumbers * m,
                                                       kDynamicsNumbers, m)
                               .leftCols(used);

@@ -9,6 +9,14 @@
 
 namespace drape {
 
+// Whether a rollout wants derivatives by the numbers of DynamicsEntry.
+inline bool WantsTangent(const RolloutInput& input) {
+  return input.tangent != nullptr && input.tangent->dynamics;
+}
+inline bool WantsAdjoint(const RolloutInput& input) {
+  return input.adjoint != nullptr && input.adjoint->dynamics;
+}
+
 // Rollouts on one device, and their derivatives. Results that the device could not find (a pivot
 // that is not positive, a number that is not finite) are marked in `failed`, for the host to
 // decide.
