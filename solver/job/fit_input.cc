@@ -409,7 +409,7 @@ void SettleFurther(const FitSpec& spec, std::vector<Experiment> experiments,
     if (further.experiment->motion) {
       further.start = MakeStart(*further.experiment, *further.model, 0);
       if (further.experiment->velocity.size() > 0) further.start.v = further.experiment->velocity;
-      // Without stretch a device has no faces on which air could act.
+      // A device has no faces on which air could act in a scene without stretch.
       further.backend =
           MakeBackend(further.model->scene.stretch ? spec.backend : "cpu", further.model, 1,
                       input.device.empty() ? &input.device : nullptr)

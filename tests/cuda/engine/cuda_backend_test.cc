@@ -199,7 +199,7 @@ TEST_P(CudaFramesTest, AdjointsAreEquivalentToReference) {
   }
 }
 
-// By the numbers of DynamicsEntry and by the start, of which the rollouts want none, some or all; a
+// Columns by the numbers of DynamicsEntry and by the start: a rollout wants none, some or all. A
 // column is the same whatever others the batch wants.
 TEST_P(CudaFramesTest, FurtherColumnsAreEquivalentToReference) {
   const auto alone = device_->Tangents(inputs_, weights_, options_);

@@ -114,7 +114,7 @@ class ExperimentFitTest : public FitJobTest {
     std::ofstream(folder_ / "corners.json") << kCorners;
     WriteMarkers();
   }
-  // Of a cloth of four times the bending stiffness and half the stretching stiffness.
+  // Measures a cloth of four times the bending stiffness and half the stretching stiffness.
   void WriteMarkers() {
     const auto model = std::make_shared<const ClothModel>(
         ParseMeshSpec("strip:0.2x0.2x14"), ReadScene(folder_ / "corners.json"), MakeLaw("smooth"));
