@@ -52,12 +52,7 @@ class SupernodalSolver final : public LinearSolver {
     return analysis_->factor.Factor(A.value.data(), number_.data(), &workspace_, threads_, cancel_);
   }
 
-  void Solve(Eigen::VectorXd& b) override {
-    permuted_.resize(b.size(), 1);
-    for (Eigen::Index k = 0; k < b.size(); ++k) permuted_(k, 0) = b[Unknown(k)];
-    analysis_->factor.Solve(number_.data(), permuted_.data(), &workspace_, threads_);
-    for (Eigen::Index k = 0; k < b.size(); ++k) b[Unknown(k)] = permuted_(k, 0);
-  }
+  void Solve(Eigen::VectorXd& b) override { SolveColumn(number_, b.data(), b.size()); }
 
   void Solve(RowMatrix& b) override { SolveWith(number_, b); }
 
@@ -78,7 +73,14 @@ class SupernodalSolver final : public LinearSolver {
   }
 
  private:
+  void SolveColumn(const std::vector<double>& number, double* b, Eigen::Index size) {
+    permuted_.resize(size, 1);
+    for (Eigen::Index k = 0; k < size; ++k) permuted_(k, 0) = b[Unknown(k)];
+    analysis_->factor.Solve(number.data(), permuted_.data(), &workspace_, threads_);
+    for (Eigen::Index k = 0; k < size; ++k) b[Unknown(k)] = permuted_(k, 0);
+  }
   void SolveWith(const std::vector<double>& number, RowMatrix& b) {
+    if (b.cols() == 1) return SolveColumn(number, b.data(), b.size());
     const Eigen::Index m = b.cols(), padded = (m + 3) / 4 * 4;
     permuted_.resize(b.rows(), padded);
     for (Eigen::Index k = 0; k < b.rows(); ++k) {

@@ -112,6 +112,11 @@ void MakeSheets(const FitSpec& spec, const Strips* strips, const Judgement& judg
   if (strips != nullptr) input.tests = strips->measurements();
   report.fabric_sheet = MakeFabricSheet(input, judge);
   report.linear_sheet = MakeLinearSheet(input, judge);
+  if (report.ground_truth == nullptr) return;
+  input.tables = MeanTables(*report.ground_truth);
+  input.tests = {};
+  report.reference_sheet =
+      MakeFabricSheet(input, [](const LogQuantity&, Resistance) { return std::nullopt; });
 }
 
 // The rows of experiments: errors are as much larger as the worst measurement says. A fit that is

@@ -301,6 +301,7 @@ ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) 
   ordered_json json = ordered_json::object();
   if (report.fabric_sheet) json["material"] = SheetJson(*report.fabric_sheet);
   if (report.linear_sheet) json["linear"] = SheetJson(*report.linear_sheet);
+  if (report.reference_sheet) json["reference"] = SheetJson(*report.reference_sheet);
   for (std::size_t i = 0; i < report.at_once.size(); ++i)
     json["at_once_" + problem.observations[i].name] = SheetJson(report.at_once[i]);
   for (std::size_t i = 0; FindExperiment(problem) == nullptr && i < report.drapes.size(); ++i)

@@ -105,6 +105,7 @@ struct FitReport {
   Spectrum spectrum;                      // empty when the drapes are not stable
   Eigen::VectorXd stiffness_weights = EqualStiffnessWeights();  // of the fitted drapes
   std::optional<LaboratorySheet> fabric_sheet, linear_sheet;    // of `material`
+  std::optional<LaboratorySheet> reference_sheet;               // of `ground_truth`
   std::optional<MeshError> mesh_error;  // of its one table; none for a fit on one mesh
   DirectionNames directions;
   bool density_is_given = false;                // else it is that of the start tables

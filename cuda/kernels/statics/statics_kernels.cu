@@ -78,7 +78,7 @@ __global__ void __launch_bounds__(kReduceThreads)
   double energy = 0.0, square = 0.0;
   for (int f = threadIdx.x; f < cloth.num_faces; f += kReduceThreads) {
     stress[f] = Stress(faces[f].k, faces[f].k.G);
-    energy += cloth.faces[f].area * StretchEnergy(faces[f].k);
+    energy += cloth.faces[f].area * StretchEnergy(stress[f], faces[f].k.G);
   }
   for (int e = threadIdx.x; e < cloth.num_hinges; e += kReduceThreads)
     energy += BendEnergy(bend, cloth.hinges[e], BendTableAt(material, e),
@@ -131,7 +131,7 @@ __global__ void __launch_bounds__(kElementThreads)
   DeformationGradient<double> dF = GatherColumns(face, RowAt(all_dx, slot, cloth.num_dofs()));
   dF = {scales[slot] * dF.u, scales[slot] * dF.v};
   RowAt(geometric, rollout, cloth.num_faces)[f] = ExtrapolatedStress(
-      law, Green(F), StretchTableAt(batch.material[rollout], f), StrainRate(F, dF));
+      StressByStrain(law, Green(F), StretchTableAt(batch.material[rollout], f)), StrainRate(F, dF));
 }
 
 __global__ void AddStep(int dofs, ShapeBatch batch, const double* dx, const double* scales,

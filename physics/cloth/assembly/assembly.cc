@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/assembly/element_blocks.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
@@ -58,14 +59,6 @@ void ListElements(const std::vector<Element>& elements, const std::vector<int>& 
 
 using Columns = DeformationGradient<double>;
 
-double Component(const Columns& c, int i) { return (&c.u.x)[i]; }
-
-Columns UnitColumns(int i) {
-  Columns c{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-  (&c.u.x)[i] = 1.0;
-  return c;
-}
-
 void AddOuterForces(const ClothModel& model, double density, const Eigen::VectorXd& x,
                     Eigen::VectorXd& force) {
   if (model.scene.gravity)
@@ -82,15 +75,20 @@ void AddOuterForces(const ClothModel& model, double density, const Eigen::Vector
 }
 
 // Calls add(k, corners) for the elements of a part, or for `count` ones as a whole where it is
-// null.
+// null. Both loops call one copy of it: in two copies the compiler could contract products and sums
+// differently, and the sums would have other bits.
 template <class Add>
 void ForEachElement(const AssemblyPart* part,
                     std::vector<AssemblyPart::Element> AssemblyPart::*list, int count,
                     const Add& add) {
+  const auto add_once = [&add](int k, unsigned corners) __attribute__((noinline)) {
+    asm("" : "+r"(corners));  // hides their value: no copy is made for whole elements
+    add(k, corners);
+  };
   if (part == nullptr) {
-    for (int k = 0; k < count; ++k) add(k, ~0U);
+    for (int k = 0; k < count; ++k) add_once(k, ~0U);
   } else {
-    for (const auto& [k, corners] : part->*list) add(k, corners);
+    for (const auto& [k, corners] : part->*list) add_once(k, corners);
   }
 }
 
@@ -113,13 +111,9 @@ void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField
     const Columns F = GatherColumns(face, x);
     const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), material.stretch_of(f));
     ScatterColumns(face, StretchForce(k, F), force, corners);
-    if (A == nullptr) return;
-    Matrix6 H;  // symmetric: column j is H·e_j
-    for (int j = 0; j < 6; ++j) {
-      const Columns column = StretchStiffnessTimes(k, F, UnitColumns(j));
-      for (int i = 0; i < 6; ++i) H[i][j] = Component(column, i);
-    }
-    AddFaceBlocks(face, H, h2 * face.area, &model.pattern.face_block[9 * f], *A, corners);
+    if (A != nullptr)
+      AddFaceBlocks(face, F, HeldStiffness(k), RampStress(k), h2 * face.area,
+                    &model.pattern.face_block[9 * f], *A, corners);
   };
   ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
 }
@@ -177,25 +171,71 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
                        const AssemblyPart* part) {
   const auto add = [&](int e, unsigned corners) {
     const Hinge& hinge = model.mesh.hinges[e];
-    double Q[12][12];
-    BendStepDerivative(law, hinge, material.bend_of(e), GatherCorners(hinge, x),
-                       GatherCorners(hinge, w), h, Q);
-    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out, corners);
+    AddHingeBlocks(EvaluateBendStepRates(law, hinge, material.bend_of(e), GatherCorners(hinge, x),
+                                         GatherCorners(hinge, w), h),
+                   1.0, &model.pattern.hinge_block[16 * e], out, corners);
   };
   ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
-// The stress of each face, stress_of(law, face).
-template <class StressOf>
-StressField FaceStresses(const ClothModel& model, const StressOf& stress_of) {
-  if (!model.scene.stretch) return {};
-  StressField stress(model.mesh.num_faces());
-  std::visit(
-      [&](const auto& law) {
-        for (int f = 0; f < model.mesh.num_faces(); ++f) stress[f] = stress_of(law, f);
-      },
-      model.law.stretch);
-  return stress;
+// Evaluates the faces, or the hinges, of a part and adds their forces. The part that has the first
+// corner of an element keeps its state.
+template <class Law>
+void EvaluateFaces(const Law& law, const ClothModel& model, const MaterialField& material,
+                   const double* x, double* force, const AssemblyPart* part,
+                   std::vector<ElementStates::OfFace>& states) {
+  const auto add = [&](int f, unsigned corners) {
+    const Face& face = model.mesh.faces[f];
+    const Columns F = GatherColumns(face, x);
+    const GreenStrain<double> G = Green(F);
+    const StretchStress<Dual<3>> by_strain = StressByStrain(law, G, material.stretch_of(f));
+    const StretchStress<double> S = Values(by_strain);
+    ScatterColumns(face, F * StretchStress<double>{-S.uu, -S.vv, -S.uv}, force, corners);
+    if ((corners & 1U) != 0) states[f] = {by_strain, face.area * StretchEnergy(S, G)};
+  };
+  ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
+}
+template <class Law>
+void EvaluateHinges(const Law& law, const ClothModel& model, const MaterialField& material,
+                    const double* x, double* force, const AssemblyPart* part,
+                    std::vector<ElementStates::OfHinge>& states) {
+  const auto add = [&](int e, unsigned corners) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const BendTable& table = material.bend_of(e);
+    const HingeCorners places = GatherCorners(hinge, x);
+    const double theta = DihedralAngle(places);
+    const HingeGradient d = AngleGradient(EvaluateWings(places));
+    const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+    const HingeMeasure mu = law.Measure(theta);
+    const double moment = StepMoment(kappa.a, mu, 0.0, 1.0);
+    for (int a = 0; a < 4; ++a)
+      if ((corners >> a & 1U) != 0) AddTo(force, hinge.vertex[a], -moment * d.d[a]);
+    if ((corners & 1U) != 0)
+      states[e] = {moment, StepMomentByTheta(kappa, mu, 0.0, 1.0),
+                   BendEnergy(law, hinge, table, theta)};
+  };
+  ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
+}
+
+void AddFaceStiffness(const ClothModel& model, const ElementStates& states,
+                      const StressField& stress, const double* x, BlockMatrix& K,
+                      const AssemblyPart* part) {
+  const auto add = [&](int f, unsigned corners) {
+    const Face& face = model.mesh.faces[f];
+    AddFaceBlocks(face, GatherColumns(face, x), SymmetricPart(states.faces[f].stress), stress[f],
+                  face.area, &model.pattern.face_block[9 * f], K, corners);
+  };
+  ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
+}
+void AddHingeStiffness(const ClothModel& model, const ElementStates& states, const double* x,
+                       BlockMatrix& K, const AssemblyPart* part) {
+  const auto add = [&](int e, unsigned corners) {
+    const HingeWings wings = EvaluateWings(GatherCorners(model.mesh.hinges[e], x));
+    BendStepRates rates{AngleGradient(wings), {}, states.hinges[e].moment, ComputeRates(wings)};
+    for (int a = 0; a < 4; ++a) rates.grad_s.d[a] = states.hinges[e].slope * rates.grad.d[a];
+    AddHingeBlocks(rates, -1.0, &model.pattern.hinge_block[16 * e], K, corners);
+  };
+  ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
 // Calls visit(pairs) with the active pairs at x in a scene that has self-contact. They are found by
@@ -298,22 +338,44 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
   AddSelfStiffness(model, x, StiffnessPart::kWhole, -h, self, derivative);
 }
 
-StressField MembraneStress(const ClothModel& model, const MaterialField& material,
-                           const Eigen::VectorXd& x) {
-  return FaceStresses(model, [&](const auto& law, int f) {
-    const GreenStrain<double> G = Green(GatherColumns(model.mesh.faces[f], x.data()));
-    return Stress(EvaluateStretch(law, G, material.stretch_of(f)), G);
+ElementStates EvaluateElements(const ClothModel& model, const MaterialField& material,
+                               const Eigen::VectorXd& x, Eigen::VectorXd& force,
+                               SurfaceContact* self, const AssemblyParts& parts) {
+  ElementStates states;
+  if (model.scene.stretch) states.faces.resize(model.mesh.num_faces());
+  if (model.scene.bend) states.hinges.resize(model.mesh.num_hinges());
+  force.setZero(x.size());
+  AddOuterForces(model, material.density, x, force);
+  ForEachPart(parts, [&](const AssemblyPart* part) {
+    VisitLaws(
+        model,
+        [&](const auto& law) {
+          EvaluateFaces(law, model, material, x.data(), force.data(), part, states.faces);
+        },
+        [&](const auto& law) {
+          EvaluateHinges(law, model, material, x.data(), force.data(), part, states.hinges);
+        });
   });
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) { AddPairForces(pairs, force); });
+  return states;
 }
 
-StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
+StressField MembraneStress(const ElementStates& states) {
+  StressField stress;
+  for (const ElementStates::OfFace& face : states.faces) stress.push_back(Values(face.stress));
+  return stress;
+}
+
+StressField ExtrapolatedMembraneStress(const ClothModel& model, const ElementStates& states,
                                        const Eigen::VectorXd& x, const Eigen::VectorXd& dx) {
-  return FaceStresses(model, [&](const auto& law, int f) {
+  StressField stress(states.faces.size());
+  for (std::size_t f = 0; f < stress.size(); ++f) {
     const Face& face = model.mesh.faces[f];
-    const Columns F = GatherColumns(face, x.data());
-    return ExtrapolatedStress(law, Green(F), material.stretch_of(f),
-                              StrainRate(F, GatherColumns(face, dx.data())));
-  });
+    stress[f] = ExtrapolatedStress(
+        states.faces[f].stress,
+        StrainRate(GatherColumns(face, x.data()), GatherColumns(face, dx.data())));
+  }
+  return stress;
 }
 
 void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K) {
@@ -327,13 +389,32 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
   }
 }
 
-double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-              SurfaceContact* self) {
+void AssembleStiffness(const ClothModel& model, const ElementStates& states,
+                       const StressField& stress, const Eigen::VectorXd& x, StiffnessPart part,
+                       BlockMatrix& K, SurfaceContact* self, const AssemblyParts& parts) {
+  K.SetZero();
+  ForEachPart(parts, [&](const AssemblyPart* each) {
+    if (!states.faces.empty()) AddFaceStiffness(model, states, stress, x.data(), K, each);
+    if (!states.hinges.empty()) AddHingeStiffness(model, states, x.data(), K, each);
+  });
+  for (int i : model.held)
+    K.AddScaledIdentity(model.pattern.diagonal[i], model.scene.handles->stiffness);
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i) {
+      const Eigen::Matrix3d by_x =
+          ContactStepDerivative(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i),
+                                Eigen::Vector3d::Zero(), 1.0);
+      K.Add(model.pattern.diagonal[i], -0.5 * (by_x + by_x.transpose()));
+    }
+  AddSelfStiffness(model, x, part, 1.0, self, K);
+}
+
+double Energy(const ClothModel& model, double density, const ElementStates& states,
+              const Eigen::VectorXd& x, SurfaceContact* self) {
   double energy = 0.0;
   if (model.scene.gravity)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
-      energy -=
-          material.density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
+      energy -= density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
   for (int i : model.held)
     energy += 0.5 * model.scene.handles->stiffness *
               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
@@ -346,24 +427,16 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
     energy += AddPairForces(pairs, force);
   });
-  VisitLaws(
-      model,
-      [&](const auto& law) {
-        for (int f = 0; f < model.mesh.num_faces(); ++f) {
-          const Face& face = model.mesh.faces[f];
-          energy +=
-              face.area * StretchEnergy(EvaluateStretch(law, Green(GatherColumns(face, x.data())),
-                                                        material.stretch_of(f)));
-        }
-      },
-      [&](const auto& law) {
-        for (int e = 0; e < model.mesh.num_hinges(); ++e) {
-          const Hinge& hinge = model.mesh.hinges[e];
-          energy += BendEnergy(law, hinge, material.bend_of(e),
-                               DihedralAngle(GatherCorners(hinge, x.data())));
-        }
-      });
+  for (const ElementStates::OfFace& face : states.faces) energy += face.energy;
+  for (const ElementStates::OfHinge& hinge : states.hinges) energy += hinge.energy;
   return energy;
+}
+
+double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+              SurfaceContact* self) {
+  Eigen::VectorXd force;
+  const ElementStates states = EvaluateElements(model, material, x, force, self);
+  return Energy(model, material.density, states, x, self);
 }
 
 Eigen::VectorXd EnergyByEntry(const ClothModel& model, const Eigen::VectorXd& x) {
@@ -374,7 +447,7 @@ Eigen::VectorXd EnergyByEntry(const ClothModel& model, const Eigen::VectorXd& x)
       for (int i = 0; i < kStretchEntries; ++i) {
         StretchTable unit;
         unit.entries()[i] = 1.0;
-        energy[i] += face.area * StretchEnergy(EvaluateStretch(law, G, unit));
+        energy[i] += face.area * StretchEnergy(Stress(EvaluateStretch(law, G, unit), G), G);
       }
     }
   };

@@ -15,67 +15,6 @@
 
 namespace drape {
 
-// Adds the small matrices of elements to a block matrix, for the loops of assembly: the rows of the
-// corners whose bit is set.
-
-using Matrix6 = double[6][6];  // over the columns of F, as StretchStepDerivative orders them
-
-// The block is contiguous and comes from a local array without aliases, which makes two or three
-// vector instructions.
-inline void AddBlock(const double (&block)[9], double* out) {
-  for (int i = 0; i < 9; ++i) out[i] += block[i];
-}
-
-// Adds scale·[Du Dv]ᵀ·Q·[Du Dv] to the nine blocks of a face.
-inline void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks,
-                          BlockMatrix& A, unsigned corners = ~0U) {
-  const ShapeGradient s = GradientOf(face);
-  double part[2][2][9];  // Q's blocks uu uv, vu vv
-  for (int i = 0; i < 6; ++i)
-    for (int k = 0; k < 6; ++k) part[i / 3][k / 3][3 * (i % 3) + k % 3] = scale * Q[i][k];
-  for (int a = 0; a < 3; ++a) {
-    if ((corners >> a & 1U) == 0) continue;
-    double row_u[9], row_v[9];
-    for (int i = 0; i < 9; ++i) {
-      row_u[i] = s.u[a] * part[0][0][i] + s.v[a] * part[1][0][i];
-      row_v[i] = s.u[a] * part[0][1][i] + s.v[a] * part[1][1][i];
-    }
-    for (int b = 0; b < 3; ++b) {
-      double block[9];
-      for (int i = 0; i < 9; ++i) block[i] = s.u[b] * row_u[i] + s.v[b] * row_v[i];
-      AddBlock(block, A.block(blocks[3 * a + b]));
-    }
-  }
-}
-
-inline void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A,
-                           unsigned corners = ~0U) {
-  for (int a = 0; a < 4; ++a) {
-    if ((corners >> a & 1U) == 0) continue;
-    for (int b = 0; b < 4; ++b) {
-      double block[9];
-      for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) block[3 * i + k] = Q[3 * a + i][3 * b + k];
-      AddBlock(block, A.block(blocks[4 * a + b]));
-    }
-  }
-}
-
-// Adds scale·d·dᵀ to the sixteen blocks of a hinge.
-inline void AddHingeBlocks(const HingeGradient& gradient, double scale, const int* blocks,
-                           BlockMatrix& A, unsigned corners = ~0U) {
-  for (int a = 0; a < 4; ++a) {
-    if ((corners >> a & 1U) == 0) continue;
-    const Vec3<double> row = scale * gradient.d[a];
-    for (int b = 0; b < 4; ++b) {
-      const Vec3<double>& d = gradient.d[b];
-      AddBlock({row.x * d.x, row.x * d.y, row.x * d.z, row.y * d.x, row.y * d.y, row.y * d.z,
-                row.z * d.x, row.z * d.y, row.z * d.z},
-               A.block(blocks[4 * a + b]));
-    }
-  }
-}
-
 // What one of several threads adds up: all that the elements add at the vertices of its own part of
 // the mesh. Elements across a border of parts are computed once for each part. Each sum has the
 // order that it has without parts, and the same bits.
@@ -133,20 +72,45 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
                             BlockMatrix& derivative, SurfaceContact* self = nullptr,
                             const AssemblyParts& parts = {});
 
-// The second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
-// stretch.
+// What the elements of a cloth contribute at a shape, from which force, energy, stress and exact
+// stiffness follow: each law is evaluated once.
+struct ElementStates {
+  struct OfFace {
+    StretchStress<Dual<3>> stress;  // second Piola–Kirchhoff stress and ∂S/∂G [N/m]
+    double energy;                  // [J]; see StretchEnergy
+  };
+  struct OfHinge {
+    double moment, slope;  // minus its moment, and the derivative by the angle [N·m]
+    double energy;         // [J]
+  };
+  std::vector<OfFace> faces;    // [F]; empty in a scene without stretch
+  std::vector<OfHinge> hinges;  // [E]; empty in a scene without bending
+};
+// Computes f(x) as AssembleForce does, and what it follows from.
+ElementStates EvaluateElements(const ClothModel& model, const MaterialField& material,
+                               const Eigen::VectorXd& x, Eigen::VectorXd& force,
+                               SurfaceContact* self = nullptr, const AssemblyParts& parts = {});
+
+// A stress of each face [N/m], shape [F]; empty in a scene without stretch.
 using StressField = std::vector<StretchStress<double>>;
-StressField MembraneStress(const ClothModel& model, const MaterialField& material,
-                           const Eigen::VectorXd& x);
+StressField MembraneStress(const ElementStates& states);
 // The stress to first order in dx: S(x) + ∂S/∂x·dx [MODEL, M34]. A rotation along dx does not
 // strain it, whereas it strains S(x + dx) by ½|dx|².
-StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
+StressField ExtrapolatedMembraneStress(const ClothModel& model, const ElementStates& states,
                                        const Eigen::VectorXd& x, const Eigen::VectorXd& dx);
 // Adds ∫S:∂²G/∂x² [N/m], the contribution of the stress S to the stiffness.
 void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K);
+// Computes ½(K + Kᵀ), K = −∂f/∂x [N/m], with the geometric stiffness of another stress than that of
+// the states, which are those at x. part: of pairs of the cloth that touch.
+void AssembleStiffness(const ClothModel& model, const ElementStates& states,
+                       const StressField& stress, const Eigen::VectorXd& x, StiffnessPart part,
+                       BlockMatrix& K, SurfaceContact* self = nullptr,
+                       const AssemblyParts& parts = {});
 
 // The energy [J]: exact for gravity, handles, loads and bending [MODEL, M15]; for stretch see
-// StretchEnergy.
+// StretchEnergy. states: at x.
+double Energy(const ClothModel& model, double density, const ElementStates& states,
+              const Eigen::VectorXd& x, SurfaceContact* self = nullptr);
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
               SurfaceContact* self = nullptr);
 

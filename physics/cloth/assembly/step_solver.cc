@@ -154,7 +154,7 @@ void AdjBend(const Law& law, const ClothModel& model, const MaterialField& mater
     const double theta = DihedralAngle(corners);
     const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
                                             GatherCorners(hinge, lambda), theta);
-    for (int i = 0; i < 12; ++i) adj_x[3 * hinge.vertex[i / 3] + i % 3] += adjoint.adj_x[i];
+    for (int a = 0; a < 4; ++a) AddTo(adj_x, hinge.vertex[a], adjoint.adj_x.d[a]);
     BendTable by_entry;
     HingeStiffnessByTable(law, hinge, table, theta, by_entry.b);
     double* entry = gradient + static_cast<std::ptrdiff_t>(stride) * e;

@@ -60,8 +60,8 @@ class StepSolver {
   const AssemblyParts& parts() const { return parts_; }
 
   const ClothModel& model() const { return *model_; }
-  // The model with the pattern of the present matrices. Factor and StepDerivative can end the life
-  // of both.
+  // The model with the pattern of the present matrices. Widen can end the life of
+  // both.
   const ClothModel& wide_model() const { return wide_ ? *wide_->model : *model_; }
   LinearSolver& linear();
   // The solver of the model's own pattern, for Interruptible: linear() is cancelled as it is.
@@ -78,6 +78,8 @@ class StepSolver {
   [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h,
                             const Eigen::VectorXd* v = nullptr);
   const Eigen::VectorXd& force() const { return force_; }
+  // Widens the pattern by the pairs of the cloth that touch at x, as Factor and StepDerivative do.
+  void Widen(const Eigen::VectorXd& x);
   // Assembles ∂g/∂x with w held.
   const BlockMatrix& StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,
                                     const Eigen::VectorXd& w, double h);
@@ -87,7 +89,6 @@ class StepSolver {
     std::shared_ptr<const ClothModel> model;
     std::unique_ptr<LinearSolver> linear;
   };
-  void Widen(const Eigen::VectorXd& x);
   void MakeMatrices();
 
   std::shared_ptr<const ClothModel> model_;

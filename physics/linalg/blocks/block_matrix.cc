@@ -21,6 +21,13 @@ void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int
     for (int b : vertex) out.push_back(p.Find(a, b));
 }
 
+// Fills what follows from the rows and columns.
+void FindMirrors(BlockPattern& p) {
+  p.mirror.resize(p.num_blocks());
+  for (int i = 0; i < p.num_vertices(); ++i)
+    for (int b = p.row_start[i]; b < p.row_start[i + 1]; ++b) p.mirror[b] = p.Find(p.column[b], i);
+}
+
 // Computes the three rows of vertex i of y += A·x for V registers of type T from `column` on. The
 // sums stay in registers over the whole row of A.
 template <class T, int V>
@@ -73,6 +80,7 @@ BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinge
     p.column.insert(p.column.end(), row.begin(), row.end());
     p.row_start.push_back(static_cast<int>(p.column.size()));
   }
+  FindMirrors(p);
   for (int i = 0; i < mesh.num_vertices(); ++i) p.diagonal.push_back(p.Find(i, i));
   if (with_faces)
     for (const Face& f : mesh.faces) AppendBlocks(p, f.vertex, p.face_block);
@@ -111,6 +119,7 @@ BlockPattern AddGroups(const BlockPattern& pattern, const std::vector<std::array
     for (int& b : blocks) b = place[b];
     return blocks;
   };
+  FindMirrors(wider);
   wider.diagonal = placed(pattern.diagonal);
   wider.face_block = placed(pattern.face_block);
   wider.hinge_block = placed(pattern.hinge_block);
@@ -122,7 +131,7 @@ bool AddSymmetricBlock(const BlockPattern& pattern, int i, int j, const Eigen::M
   const int here = pattern.Find(i, j);
   if (here < 0) return false;
   A.Add(here, block);
-  if (i != j) A.Add(pattern.Find(j, i), block.transpose());
+  if (i != j) A.Add(pattern.mirror[here], block.transpose());
   return true;
 }
 

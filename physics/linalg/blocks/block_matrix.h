@@ -20,6 +20,7 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 struct BlockPattern {
   std::vector<int> row_start;    // [V + 1]
   std::vector<int> column;       // [N], ascending in each row
+  std::vector<int> mirror;       // [N] index of block (j, i) of block (i, j)
   std::vector<int> diagonal;     // [V] index of block (i, i)
   std::vector<int> face_block;   // [F, 3, 3]
   std::vector<int> hinge_block;  // [E, 4, 4]

@@ -44,28 +44,21 @@ DRAPE_HD inline double DihedralAngle(const HingeCorners& c) {
 }
 
 // The two wings of a hinge, which the gradient and the Hessian of θ share.
-template <class T>
-struct WingPair {
-  Vec3<T> edge, apex[2];  // relative to n0
-  Wing<T> wing[2];
+struct HingeWings {
+  Vec3<double> edge, apex[2];  // relative to n0
+  Wing<double> wing[2];
 };
-using HingeWings = WingPair<double>;
-template <class T>
-DRAPE_HD WingPair<T> EvaluateWings(const Vec3<T> (&x)[4]) {
-  const Vec3<T> e = x[1] - x[0], a0 = x[2] - x[0], a1 = x[3] - x[0];
+DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) {
+  const Vec3<double> e = c.x[1] - c.x[0], a0 = c.x[2] - c.x[0], a1 = c.x[3] - c.x[0];
   return {e, {a0, a1}, {EvaluateWing(e, a0, 1.0), EvaluateWing(e, a1, -1.0)}};
 }
-DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) { return EvaluateWings(c.x); }
 
 // ∂θ/∂x = [(t0−1)m0 + (t1−1)m1, −t0·m0 − t1·m1, m0, m1] [rad/m] [MODEL, M6].
-template <class T>
-struct AngleGradientOf {
-  Vec3<T> d[4];
+struct HingeGradient {
+  Vec3<double> d[4];
 };
-using HingeGradient = AngleGradientOf<double>;
-template <class T>
-DRAPE_HD AngleGradientOf<T> AngleGradient(const WingPair<T>& hinge) {
-  const Wing<T>&w0 = hinge.wing[0], &w1 = hinge.wing[1];
+DRAPE_HD inline HingeGradient AngleGradient(const HingeWings& hinge) {
+  const Wing<double>&w0 = hinge.wing[0], &w1 = hinge.wing[1];
   return {{(w0.t - 1.0) * w0.m + (w1.t - 1.0) * w1.m, -w0.t * w0.m - w1.t * w1.m, w0.m, w1.m}};
 }
 
@@ -92,40 +85,31 @@ DRAPE_HD inline WingRates ComputeRates(const Vec3<double>& edge, const Vec3<doub
           wing.t,
           Dot(wing.m, wing.m)};
 }
-// Entry (i, k) of the derivatives of ∂θ/∂apex = m and ∂θ/∂n1 = −t·m by apex and edge.
+// Entry (i, k) of the derivatives of ∂θ/∂apex = m and ∂θ/∂n1 = −t·m by apex and edge. T: double, or
+// a vector of entries.
+template <class T>
 struct WingEntry {
-  double m_by_a, m_by_e, n1_by_a, n1_by_e;
+  T m_by_a, m_by_e, n1_by_a, n1_by_e;
 };
-DRAPE_INLINE WingEntry WingRateEntry(const WingRates& r, int i, int k) {
-  const double *m = &r.m.x, *p = &r.height.x, *ta = &r.t_by_a.x, *te = &r.t_by_e.x;
-  WingEntry entry;
-  entry.m_by_a = -r.inverse_h2 * (p[i] * m[k] + m[i] * p[k]);
-  entry.m_by_e = -r.t * entry.m_by_a - ta[i] * m[k];
-  entry.n1_by_a = -m[i] * ta[k] - r.t * entry.m_by_a;
-  entry.n1_by_e = -m[i] * te[k] - r.t * entry.m_by_e;
+template <class T>
+DRAPE_INLINE WingEntry<T> WingRateEntry(double inverse_h2, double t, const T& p_i, const T& m_i,
+                                        const T& ta_i, const T& p_k, const T& m_k, const T& ta_k,
+                                        const T& te_k) {
+  WingEntry<T> entry;
+  entry.m_by_a = -inverse_h2 * (p_i * m_k + m_i * p_k);
+  entry.m_by_e = -t * entry.m_by_a - ta_i * m_k;
+  entry.n1_by_a = -m_i * ta_k - t * entry.m_by_a;
+  entry.n1_by_e = -m_i * te_k - t * entry.m_by_e;
   return entry;
 }
-
-// Adds the contribution of one wing to ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. The rows and
-// columns of n0 follow because all rows and columns sum to zero.
-DRAPE_HD inline void AddWingHessian(const WingRates& rates, int apex, double H[12][12]) {
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) {
-      const WingEntry d = WingRateEntry(rates, i, k);
-      double *row0 = H[i], *row1 = H[3 + i], *row = H[3 * apex + i];
-      row[3 * apex + k] += d.m_by_a;
-      row[3 + k] += d.m_by_e;
-      row[k] -= d.m_by_a + d.m_by_e;
-      row1[3 * apex + k] += d.n1_by_a;
-      row1[3 + k] += d.n1_by_e;
-      row1[k] -= d.n1_by_a + d.n1_by_e;
-      row0[3 * apex + k] -= d.m_by_a + d.n1_by_a;
-      row0[3 + k] -= d.m_by_e + d.n1_by_e;
-      row0[k] += d.m_by_a + d.m_by_e + d.n1_by_a + d.n1_by_e;
-    }
+DRAPE_INLINE WingEntry<double> WingRateEntry(const WingRates& r, int i, int k) {
+  const double *m = &r.m.x, *p = &r.height.x, *ta = &r.t_by_a.x, *te = &r.t_by_e.x;
+  return WingRateEntry(r.inverse_h2, r.t, p[i], m[i], ta[i], p[k], m[k], ta[k], te[k]);
 }
 
-// Adds block (a, b) of the same matrix, times `scale`, to out [3, 3].
+// Adds block (a, b) of the contribution of one wing to ∂²θ/∂x², times `scale`, to out [3, 3];
+// `apex` is corner 2 or 3. The rows and columns of n0 follow because all rows and columns sum to
+// zero.
 DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a, int b,
                                          double scale, double out[9]) {
   // Derivatives of a corner by the apex and by n1, both relative to n0.
@@ -136,32 +120,36 @@ DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a
   if ((m == 0.0 && n1 == 0.0) || (to_a == 0.0 && to_e == 0.0)) return;
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
-      const WingEntry d = WingRateEntry(rates, i, k);
+      const WingEntry<double> d = WingRateEntry(rates, i, k);
       out[3 * i + k] +=
           to_a * (m * d.m_by_a + n1 * d.n1_by_a) + to_e * (m * d.m_by_e + n1 * d.n1_by_e);
     }
 }
 
-// ∂²θ/∂x² [rad/m²], shape [12, 12], symmetric.
-DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
-  for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < 12; ++j) H[i][j] = 0.0;
-  for (int side = 0; side < 2; ++side)
-    AddWingHessian(ComputeRates(hinge.edge, hinge.apex[side], hinge.wing[side]), 2 + side, H);
+// The same matrices of both wings.
+struct HingeRates {
+  WingRates wing[2];
+};
+DRAPE_HD inline HingeRates ComputeRates(const HingeWings& hinge) {
+  return {{ComputeRates(hinge.edge, hinge.apex[0], hinge.wing[0]),
+           ComputeRates(hinge.edge, hinge.apex[1], hinge.wing[1])}};
 }
 
-// The products of the same matrix with N directions only: ∂θ/∂x and its rates ∂²θ/∂x²·v along v =
-// along[0] …
-template <int N>
-DRAPE_HD AngleGradientOf<Dual<N>> AngleGradientRates(const HingeCorners& c,
-                                                     const HingeCorners (&along)[N]) {
-  Vec3<Dual<N>> x[4];
-  for (int i = 0; i < 12; ++i) {
-    Dual<N>& entry = (&x[i / 3].x)[i % 3];
-    entry.a = (&c.x[i / 3].x)[i % 3];
-    for (int k = 0; k < N; ++k) entry.v[k] = (&along[k].x[i / 3].x)[i % 3];
+// ∂²θ/∂x²·v [rad/m].
+DRAPE_HD inline HingeGradient operator*(const HingeRates& rates, const HingeCorners& v) {
+  HingeGradient product;
+  product.d[1] = {0.0, 0.0, 0.0};
+  const Vec3<double> e = v.x[1] - v.x[0];
+  for (int side = 0; side < 2; ++side) {
+    const WingRates& r = rates.wing[side];
+    const Vec3<double> a = v.x[2 + side] - v.x[0], height = a - r.t * e;
+    const Vec3<double> m = (-r.inverse_h2 * Dot(r.m, height)) * r.height +
+                           (-r.inverse_h2 * Dot(r.height, height)) * r.m - Dot(r.m, e) * r.t_by_a;
+    product.d[2 + side] = m;
+    product.d[1] = product.d[1] - ((Dot(r.t_by_a, a) + Dot(r.t_by_e, e)) * r.m + r.t * m);
   }
-  return AngleGradient(EvaluateWings(x));
+  product.d[0] = -1.0 * (product.d[1] + product.d[2] + product.d[3]);
+  return product;
 }
 
 // One hinge [MODEL, M13]: its moment is −κ(θ)·μ(θ) with κ = B(θ)·l²/(4A) [N·m/rad], where A is its
@@ -237,34 +225,11 @@ DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, const HingeMeasur
   return StepMoment(kappa.v[0], mu, q, h) + kappa.a * (h * mu.slope + h * h * mu.curvature * q);
 }
 
-// ∂g/∂x with w held, shape [12, 12]: −∂θ ⊗ ∇s − s·∂²θ [MODEL, M39].
-template <class Law>
-DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendTable& table,
-                                 const HingeCorners& x, const HingeCorners& w, double h,
-                                 double out[12][12]) {
-  const double theta = DihedralAngle(x);
-  const HingeWings wings = EvaluateWings(x);
-  const HingeGradient d = AngleGradient(wings);
-  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
-  AngleHessian(wings, out);
-  const double* grad = &d.d[0].x;
-  const double* direction = &w.x[0].x;
-  const HingeMeasure mu = law.Measure(theta);
-  const double q = Dot(d, w), s = StepMoment(kappa.a, mu, q, h);
-  const double s_by_theta = StepMomentByTheta(kappa, mu, q, h);
-  double grad_s[12];
-  for (int j = 0; j < 12; ++j) grad_s[j] = s_by_theta * grad[j];
-  for (int i = 0; i < 12; ++i)  // + h²κμ′·∂²θ·w
-    for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * mu.slope * direction[i] * out[i][j];
-  for (int i = 0; i < 12; ++i)
-    for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
-}
-
-// The parts of ∂g/∂x from which single blocks are computed.
+// The parts of ∂g/∂x with w held, −∂θ ⊗ ∇s − s·∂²θ [MODEL, M39], from which blocks are computed.
 struct BendStepRates {
   HingeGradient grad, grad_s;
   double s;
-  WingRates wing[2];
+  HingeRates hessian;
 };
 template <class Law>
 DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
@@ -272,19 +237,15 @@ DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
                                              const HingeCorners& w, double h) {
   const double theta = DihedralAngle(x);
   const HingeWings wings = EvaluateWings(x);
-  const AngleGradientOf<Dual<1>> along_w = AngleGradientRates<1>(x, {w});
   const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
-  BendStepRates rates;
-  rates.grad = AngleGradient(wings);
+  BendStepRates rates{AngleGradient(wings), {}, 0.0, ComputeRates(wings)};
   const double q = Dot(rates.grad, w);
   const HingeMeasure mu = law.Measure(theta);
   rates.s = StepMoment(kappa.a, mu, q, h);
   const double s_by_theta = StepMomentByTheta(kappa, mu, q, h);
-  for (int i = 0; i < 12; ++i)
-    (&rates.grad_s.d[0].x)[i] = s_by_theta * (&rates.grad.d[0].x)[i] +
-                                h * h * kappa.a * mu.slope * (&along_w.d[0].x)[i].v[0];
-  for (int side = 0; side < 2; ++side)
-    rates.wing[side] = ComputeRates(wings.edge, wings.apex[side], wings.wing[side]);
+  const HingeGradient along_w = rates.hessian * w;
+  for (int a = 0; a < 4; ++a)
+    rates.grad_s.d[a] = s_by_theta * rates.grad.d[a] + (h * h * kappa.a * mu.slope) * along_w.d[a];
   return rates;
 }
 // Adds the blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each. The second one has no use when
@@ -293,7 +254,7 @@ DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b,
                                        double at_ba[9]) {
   double hessian[9] = {};
   for (int side = 0; side < 2; ++side)
-    AddWingHessianBlock(rates.wing[side], 2 + side, a, b, rates.s, hessian);
+    AddWingHessianBlock(rates.hessian.wing[side], 2 + side, a, b, rates.s, hessian);
   const double *grad_a = &rates.grad.d[a].x, *grad_b = &rates.grad.d[b].x;
   const double *s_a = &rates.grad_s.d[a].x, *s_b = &rates.grad_s.d[b].x;
   for (int i = 0; i < 3; ++i)
@@ -303,55 +264,83 @@ DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b,
     }
 }
 
-// Adjoint of the step force of one hinge: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
+// ∂g/∂x with w held, shape [12, 12].
+template <class Law>
+DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const HingeCorners& x, const HingeCorners& w, double h,
+                                 double out[12][12]) {
+  const BendStepRates rates = EvaluateBendStepRates(law, hinge, table, x, w, h);
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b <= a; ++b) {
+      double at_ab[9] = {}, at_ba[9] = {};
+      AddBendStepBlocks(rates, a, b, at_ab, at_ba);
+      for (int i = 0; i < 9; ++i) {
+        out[3 * b + i / 3][3 * a + i % 3] = at_ba[i];
+        out[3 * a + i / 3][3 * b + i % 3] = at_ab[i];
+      }
+    }
+}
+
+// Adjoint of the step force of one hinge: adj_x = (∂g/∂x)ᵀ·λ and ∂(g·λ)/∂κ.
 struct BendAdjoint {
-  double adj_x[12];
+  HingeGradient adj_x;
   double adj_kappa;
 };
 template <class Law>
 DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendTable& table,
                                  const HingeCorners& x, const HingeCorners& w, double h,
                                  const HingeCorners& lambda, double theta) {
-  const AngleGradientOf<Dual<2>> gradient = AngleGradientRates<2>(x, {w, lambda});
-  const Dual<2>* d = &gradient.d[0].x;
-  const double *w_at = &w.x[0].x, *lambda_at = &lambda.x[0].x;
-  double q = 0.0, l = 0.0;
-  for (int i = 0; i < 12; ++i) q += d[i].a * w_at[i], l += d[i].a * lambda_at[i];
+  const HingeWings wings = EvaluateWings(x);
+  const HingeGradient d = AngleGradient(wings);
+  const HingeRates hessian = ComputeRates(wings);
+  const HingeGradient by_w = hessian * w, by_lambda = hessian * lambda;
+  const double q = Dot(d, w), l = Dot(d, lambda);
   const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
   const HingeMeasure mu = law.Measure(theta);
   const double s = StepMoment(kappa.a, mu, q, h);
   const double along_d = -l * StepMomentByTheta(kappa, mu, q, h);
   const double along_w = -l * h * h * kappa.a * mu.slope;
-  BendAdjoint result;
-  for (int i = 0; i < 12; ++i)
-    result.adj_x[i] = along_d * d[i].a + along_w * d[i].v[0] - s * d[i].v[1];
-  result.adj_kappa = -l * StepMoment(1.0, mu, q, h);
+  BendAdjoint result{{}, -l * StepMoment(1.0, mu, q, h)};
+  for (int a = 0; a < 4; ++a)
+    result.adj_x.d[a] = along_d * d.d[a] + along_w * by_w.d[a] - s * by_lambda.d[a];
   return result;
 }
 
-// W(θ) = ∫₀^θ κ(t)·μ(t) dt [J] [MODEL, M15] by Gauss–Legendre quadrature on each smooth piece with
-// five points. Three points are exact for the cubic of the reference law; five leave an error of
-// 1e-13 for the smooth law.
+// W(θ) = ∫₀^θ κ(t)·μ(t) dt [J] [MODEL, M15] by Gauss–Legendre quadrature on each smooth piece.
+// Three points are exact for the cubic of the reference law. For the smooth law, four leave an
+// error of 1e-13 on a narrow piece and five on a wide one.
 template <class Law>
 DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table,
                            double theta) {
-  constexpr double kNode[5] = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
-                               0.9061798459386640};
-  constexpr double kWeight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
-                                 0.4786286704993665, 0.2369268850561891};
-  const double sign = theta < 0.0 ? -1.0 : 1.0;
+  constexpr int kMostNodes = 5;
+  constexpr double kNarrow = 0.05;  // half of its angle [rad]
+  constexpr double kNode[2][kMostNodes] = {
+      {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526},
+      {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831, 0.9061798459386640}};
+  constexpr double kWeight[2][kMostNodes] = {
+      {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538},
+      {0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665,
+       0.2369268850561891}};
+  const BendRows rows = SelectRows(hinge);
+  double B[kBendCols];
+  for (int c = 0; c < kBendCols; ++c)
+    B[c] = rows.weight[0] * table.b[rows.first][c] + rows.weight[1] * table.b[rows.first + 1][c];
+  const double sign = theta < 0.0 ? -1.0 : 1.0, whole = sign * theta;
+  const int knots = law.CountKnots(hinge, whole);
   double energy = 0.0, from = 0.0;
-  for (int knot = 0; knot <= kBendCols && from < sign * theta; ++knot) {
-    const double end = knot < kBendCols ? law.KnotAngle(hinge, knot) : M_PI;
-    const double to = end < sign * theta ? end : sign * theta, half = 0.5 * (to - from);
-    for (int i = 0; i < 5; ++i) {
-      const double t = sign * (from + half * (1.0 + kNode[i]));
-      energy +=
-          half * kWeight[i] * sign * law.Measure(t).value * HingeStiffness(law, hinge, table, t);
+  for (int knot = 0; knot <= knots; ++knot) {
+    const double to = knot < knots ? law.KnotAngle(hinge, knot) : whole, half = 0.5 * (to - from);
+    const int rule = half < kNarrow ? 0 : 1;
+    for (int i = 0; i < 4 + rule; ++i) {
+      const double t = sign * (from + half * (1.0 + kNode[rule][i]));
+      const auto columns = law.Columns(hinge, t);
+      double at = 0.0;
+      for (int k = 0; k < Law::kColumns; ++k) at += columns.weight[k] * B[columns.column[k]];
+      if (law.Active(at)) energy += half * kWeight[rule][i] * sign * law.Measure(t).value * at;
     }
     from = to;
   }
-  return energy;
+  return energy * HingeFactor(hinge);
 }
 
 }  // namespace drape

@@ -130,8 +130,11 @@ struct SmoothBend {
   // There is no clamp, since negative entries are rejected when the table is read.
   DRAPE_HD static bool Active(double) { return true; }
   DRAPE_HD static double KnotAngle(const Hinge& hinge, int knot) {
-    const double sine = (knot + 0.5) / ColumnPerSine(hinge);
-    return sine < 1.0 ? 2.0 * std::asin(sine) : M_PI;
+    return 2.0 * std::asin((knot + 0.5) / ColumnPerSine(hinge));
+  }
+  DRAPE_HD static int CountKnots(const Hinge& hinge, double theta) {
+    const double column = std::sin(0.5 * theta) * ColumnPerSine(hinge);
+    return column < kBendCols - 0.5 ? static_cast<int>(column + 0.5) : kBendCols;
   }
 
  private:
@@ -265,6 +268,11 @@ struct ReferenceBend {
   // The angle at the end of smooth piece `knot` = 0..4 [rad].
   DRAPE_HD static double KnotAngle(const Hinge& hinge, int knot) {
     return knot * hinge.rest_area / (0.1 * hinge.rest_length);
+  }
+  // How many of them an angle θ ≥ 0 is past.
+  DRAPE_HD static int CountKnots(const Hinge& hinge, double theta) {
+    const double column = theta * (0.1 * hinge.rest_length / hinge.rest_area);
+    return column < kBendCols - 1 ? 1 + static_cast<int>(column) : kBendCols;
   }
 };
 

@@ -64,6 +64,10 @@ template <class T>
 DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
   return {k.c11 * G.uu + k.c12 * G.vv, k.c22 * G.vv + k.c12 * G.uu, k.c33 * G.uv};
 }
+template <int N>
+DRAPE_HD StretchStress<double> Values(const StretchStress<Dual<N>>& S) {
+  return {S.uu.a, S.vv.a, S.uv.a};
+}
 // F·S, the columns that Du and Dv carry to the vertices.
 template <class T>
 DRAPE_HD DeformationGradient<T> operator*(const DeformationGradient<T>& F,
@@ -79,18 +83,38 @@ DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
   return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
 }
 
+// S(G) with ∂S/∂(uu, vv, uv) [N/m].
+template <class Law>
+DRAPE_HD StretchStress<Dual<3>> StressByStrain(const Law& law, const GreenStrain<double>& G,
+                                               const StretchTable& table) {
+  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  return Stress(k, k.G);
+}
 // S(G) + ∂S/∂G·rate [N/m]: the stress after a change of strain by `rate`, to first order
 // [MODEL, M34].
-template <class Law>
-DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStrain<double>& G,
-                                                  const StretchTable& table,
-                                                  const GreenStrain<double>& rate) {
-  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
-  const StretchStress<Dual<3>> S = Stress(k, k.G);
+DRAPE_HD inline StretchStress<double> ExtrapolatedStress(const StretchStress<Dual<3>>& S,
+                                                         const GreenStrain<double>& rate) {
   const auto at_rate = [&](const Dual<3>& s) {
     return s.a + s.v[0] * rate.uu + s.v[1] * rate.vv + s.v[2] * rate.uv;
   };
   return {at_rate(S.uu), at_rate(S.vv), at_rate(S.uv)};
+}
+
+// The symmetric part of ∂(S.uu, S.vv, S.uv)/∂(uu, vv, 2·uv) [N/m].
+struct SymmetricStretch {
+  double uu_uu, vv_vv, uv_uv, uu_vv, uu_uv, vv_uv;
+};
+DRAPE_HD inline SymmetricStretch SymmetricPart(const StretchStress<Dual<3>>& S) {
+  return {S.uu.v[0],
+          S.vv.v[1],
+          0.5 * S.uv.v[2],
+          0.5 * (S.uu.v[1] + S.vv.v[0]),
+          0.5 * (0.5 * S.uu.v[2] + S.uv.v[0]),
+          0.5 * (0.5 * S.vv.v[2] + S.uv.v[1])};
+}
+// The same with the stiffnesses held.
+DRAPE_HD inline SymmetricStretch HeldStiffness(const StretchCoefficients<double>& k) {
+  return {k.c11, k.c22, 0.5 * k.c33, k.c12, 0.0, 0.0};
 }
 
 // Rate of the Green strain along w, which is given as columns like F.
@@ -264,9 +288,8 @@ DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<dou
 // The strain energy by rest area [N/m] with the stiffnesses held at this strain [MODEL, M12]: a
 // true energy for constant tables, otherwise a merit function only, since the stress is in general
 // not a gradient.
-DRAPE_HD inline double StretchEnergy(const StretchCoefficients<double>& k) {
-  return 0.5 * (k.c11 * k.G.uu * k.G.uu + k.c22 * k.G.vv * k.G.vv) + k.c12 * k.G.uu * k.G.vv +
-         k.c33 * k.G.uv * k.G.uv;
+DRAPE_HD inline double StretchEnergy(const StretchStress<double>& S, const GreenStrain<double>& G) {
+  return 0.5 * (S.uu * G.uu + S.vv * G.vv) + S.uv * G.uv;
 }
 
 }  // namespace drape

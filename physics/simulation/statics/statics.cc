@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -28,11 +29,11 @@ constexpr int kRoundedSteps = 4;
 // skew part of K dominates, and Newton's method with a factor of Ks alone no longer converges.
 constexpr double kMaxAsymmetry = 1.0;
 
-// A shape with its force, energy and stress.
+// A shape with its force, its energy and the states of its elements.
 struct Iterate {
   Eigen::VectorXd x, force;
   double residual = 0.0, energy = 0.0;
-  StressField stress;
+  ElementStates elements;
 };
 
 class EquilibriumSearch {
@@ -48,9 +49,9 @@ class EquilibriumSearch {
         weight_(CharacteristicForce(solver.model(), material)),
         here_(At(x)),
         best_(here_),
-        stress_(here_.stress),
-        start_energy_(here_.energy),
-        control_(options, here_.residual, here_.energy),
+        stress_(MembraneStress(here_->elements)),
+        start_energy_(here_->energy),
+        control_(options, here_->residual, here_->energy),
         interruptible_(solver.own_linear(), options.cancel) {}
 
   EquilibriumResult Run() {
@@ -61,37 +62,39 @@ class EquilibriumSearch {
           break;
         case NewtonNext::kConverged: {
           const EquilibriumStatus status = control_.Conclude(AsymmetryHere());
-          return Result(control_.Cancelled() ? EquilibriumStatus::kCancelled : status, here_);
+          return Result(control_.Cancelled() ? EquilibriumStatus::kCancelled : status, *here_);
         }
         case NewtonNext::kCancelled:
-          return Result(EquilibriumStatus::kCancelled, best_);
+          return Result(EquilibriumStatus::kCancelled, *best_);
         case NewtonNext::kGiveUp:
-          return Result(EquilibriumStatus::kNotConverged, best_);
+          return Result(EquilibriumStatus::kNotConverged, *best_);
       }
     }
   }
 
  private:
-  Iterate At(const Eigen::VectorXd& x) const {
+  std::shared_ptr<const Iterate> At(const Eigen::VectorXd& x) const {
     const ClothModel& model = solver_.model();
-    Iterate at{.x = x, .force = {}, .stress = MembraneStress(model, material_, x)};
-    AssembleForce(model, material_, x, at.force, solver_.self_contact(), solver_.parts());
-    at.residual = at.force.norm() / weight_;
-    at.energy = Energy(model, material_, x, solver_.self_contact());
+    auto at = std::make_shared<Iterate>();
+    at->x = x;
+    at->elements =
+        EvaluateElements(model, material_, x, at->force, solver_.self_contact(), solver_.parts());
+    at->residual = at->force.norm() / weight_;
+    at->energy = Energy(model, material_.density, at->elements, x, solver_.self_contact());
     return at;
   }
 
   void Step() {
     if (!FactorHere()) return;
-    Eigen::VectorXd dx = here_.force;
+    Eigen::VectorXd dx = here_->force;
     solver_.linear().Solve(dx);
     dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
-    if (solver_.model().scene.contact) ShortenMoves(*solver_.model().scene.contact, here_.x, dx);
+    if (solver_.model().scene.contact) ShortenMoves(*solver_.model().scene.contact, here_->x, dx);
     if (solver_.self_contact() != nullptr && dx.allFinite())
-      was_held_up_ = LimitStep(*solver_.self_contact(), here_.x, dx);
-    stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
-    here_ = At(here_.x + dx);
-    switch (control_.Judge(here_.residual, here_.energy)) {
+      was_held_up_ = LimitStep(*solver_.self_contact(), here_->x, dx);
+    stress_ = ExtrapolatedMembraneStress(solver_.model(), here_->elements, here_->x, dx);
+    here_ = At(here_->x + dx);
+    switch (control_.Judge(here_->residual, here_->energy)) {
       case NewtonVerdict::kNonMonotone:
         return;
       case NewtonVerdict::kAccept:
@@ -101,7 +104,7 @@ class EquilibriumSearch {
         here_ = best_;
         break;
     }
-    stress_ = here_.stress;
+    stress_ = MembraneStress(here_->elements);
   }
 
   // Factors K at here_ with the geometric stiffness of stress_, shifted where necessary. Returns
@@ -113,44 +116,38 @@ class EquilibriumSearch {
     if (matrix_) return FactorStepMatrix();
     const bool touches = TouchesItself();
     if (touches && !was_held_up_) {
-      AssembleHere(StiffnessPart::kWhole);
+      stiffness_.AssembleSymmetric(here_->elements, stress_, here_->x, StiffnessPart::kWhole);
       if (stiffness_.FactorShifted(shift_length_, &mu, [](double) { return std::nullopt; }))
         return true;
     }
-    AssembleHere(touches ? StiffnessPart::kPositive : StiffnessPart::kWhole);
+    stiffness_.AssembleSymmetric(here_->elements, stress_, here_->x,
+                                 touches ? StiffnessPart::kPositive : StiffnessPart::kWhole);
     return stiffness_.FactorShifted(shift_length_, &mu,
                                     [this](double) { return control_.NextShift(); });
   }
 
   bool FactorStepMatrix() {
     BlockMatrix matrix(solver_.model().pattern);
-    matrix_(here_.x, matrix);
+    matrix_(here_->x, matrix);
     if (solver_.linear().Factor(matrix)) return true;
     control_.NextShift();
     return false;
   }
 
-  void AssembleHere(StiffnessPart part) {
-    stiffness_.Assemble(here_.x, part);
-    StressField change = stress_;
-    for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
-    stiffness_.AddStress(change);
-  }
-
   bool TouchesItself() {
     SurfaceContact* const self = solver_.self_contact();
-    return self != nullptr && here_.x.allFinite() && !self->FindActivePairs(here_.x).empty();
+    return self != nullptr && here_->x.allFinite() && !self->FindActivePairs(here_->x).empty();
   }
 
   std::optional<double> AsymmetryHere() {
-    stiffness_.Assemble(here_.x);
+    stiffness_.Assemble(here_->x);
     if (!stiffness_.Factor()) return std::nullopt;
     return stiffness_.Asymmetry();
   }
 
-  EquilibriumResult Result(EquilibriumStatus status, Iterate& at) {
+  EquilibriumResult Result(EquilibriumStatus status, const Iterate& at) const {
     return {.status = status,
-            .x = std::move(at.x),
+            .x = at.x,
             .iterations = control_.iterations(),
             .factorisations = control_.factorisations(),
             .residual = at.residual,
@@ -164,8 +161,8 @@ class EquilibriumSearch {
   double shift_length_;
   Stiffness stiffness_;
   double weight_;
-  Iterate here_, best_;  // the present shape; the last accepted one
-  StressField stress_;   // of the geometric stiffness at here_
+  std::shared_ptr<const Iterate> here_, best_;  // the present shape; the last accepted one
+  StressField stress_;                          // of the geometric stiffness at here_
   double start_energy_;
   NewtonControl control_;
   bool was_held_up_ = false;  // the last step, by the cloth itself

@@ -27,8 +27,7 @@ void Symmetrise(const BlockPattern& pattern, const BlockMatrix& negative, int th
 #pragma omp parallel for num_threads(threads) if (threads > 1)
   for (int i = 0; i < pattern.num_vertices(); ++i)
     for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
-      const int j = pattern.column[b];
-      const int mirror = pattern.Find(j, i);
+      const int mirror = pattern.mirror[b];
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
           K.block(b)[3 * r + c] =
@@ -158,27 +157,28 @@ Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
   weightless_.dynamics = {};
 }
 
-void Stiffness::Assemble(const Eigen::VectorXd& x, StiffnessPart part) {
+void Stiffness::Assemble(const Eigen::VectorXd& x) {
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
+  Symmetrise(solver_.wide_model().pattern, *negative_, solver_.threads(), Symmetric());
+}
+
+void Stiffness::AssembleSymmetric(const ElementStates& states, const StressField& stress,
+                                  const Eigen::VectorXd& x, StiffnessPart part) {
+  solver_.Widen(x);
+  AssembleStiffness(solver_.wide_model(), states, stress, x, part, Symmetric(),
+                    solver_.self_contact(), solver_.parts());
+}
+
+BlockMatrix& Stiffness::Symmetric() {
   const BlockPattern& pattern = solver_.wide_model().pattern;
-  if (symmetric_.value.size() != negative_->value.size()) symmetric_ = BlockMatrix(pattern);
-  Symmetrise(pattern, *negative_, solver_.threads(), symmetric_);
-  if (part == StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
-  ForEachPairStiffness(
-      solver_.self_contact()->FindActivePairs(x), StiffnessPart::kNegative,
-      [&](int i, int j, const Eigen::Matrix3d& block) { CHECK(AddBlock(i, j, -block)); });
+  if (symmetric_.value.size() != 9 * pattern.column.size()) symmetric_ = BlockMatrix(pattern);
+  return symmetric_;
 }
 
 void Stiffness::AssemblePositive(const Eigen::VectorXd& x) {
-  const BlockPattern& pattern = solver_.wide_model().pattern;
-  if (symmetric_.value.size() != 9 * pattern.column.size()) symmetric_ = BlockMatrix(pattern);
   Eigen::VectorXd force;
-  AssembleStep(solver_.wide_model(), weightless_, x, 1.0, force, symmetric_, solver_.self_contact(),
-               solver_.parts());
-}
-
-void Stiffness::AddStress(const StressField& change) {
-  AddGeometricStiffness(solver_.wide_model(), change, symmetric_);
+  AssembleStep(solver_.wide_model(), weightless_, x, 1.0, force, Symmetric(),
+               solver_.self_contact(), solver_.parts());
 }
 
 bool Stiffness::AddBlock(int i, int j, const Eigen::Matrix3d& block) {

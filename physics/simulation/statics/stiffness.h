@@ -24,15 +24,14 @@ class Stiffness {
   // replaces where new pairs of the cloth touch.
   Stiffness(StepSolver& solver, const MaterialField& material);
 
-  // Assembles K at x; kPositive: of pairs of the cloth that touch, their positive parts alone in
-  // Ks.
-  void Assemble(const Eigen::VectorXd& x, StiffnessPart part = StiffnessPart::kWhole);
+  // Assembles K at x.
+  void Assemble(const Eigen::VectorXd& x);
+  // Assembles Ks alone (AssembleStiffness): for Factor and FactorShifted, until the next Assemble.
+  void AssembleSymmetric(const ElementStates& states, const StressField& stress,
+                         const Eigen::VectorXd& x, StiffnessPart part);
   // Assembles instead of K the positive semidefinite H of a linearly implicit step [MODEL, M30]:
   // for Factor alone, until the next Assemble.
   void AssemblePositive(const Eigen::VectorXd& x);
-  // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
-  void AddStress(const StressField& change);
-
   // Adds a block to Ks at the vertices (i, j) and, if these differ, its transpose at (j, i), until
   // the next Assemble [N/m]. Returns false where the pattern has no such block.
   [[nodiscard]] bool AddBlock(int i, int j, const Eigen::Matrix3d& block);
@@ -56,6 +55,7 @@ class Stiffness {
   double Asymmetry();
 
  private:
+  BlockMatrix& Symmetric();  // symmetric_, of the present pattern
   bool SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs, RowMatrix* solution);
 
   StepSolver& solver_;

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/element_blocks.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/simulation/rollout.h"
 #include "physics/util/atomic_file.h"

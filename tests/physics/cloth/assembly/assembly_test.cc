@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of the symmetries and the balance of the forces of a whole cloth.
+// Tests of the symmetries and the balance of the forces of a whole cloth, and of its stiffness.
 #include "physics/cloth/assembly/assembly.h"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Dense>
 
+#include "physics/cloth/assembly/element_blocks.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {
@@ -88,6 +89,83 @@ TEST(AssemblyTest, HingePartOfTheStepMatrixHasRankOne) {
   EXPECT_GT(eigen.eigenvalues()[0], -1e-12 * eigen.eigenvalues()[n - 1]);
 }
 
+RowMatrix Dense(const ClothModel& model, const BlockMatrix& A) {
+  const int n = model.num_dofs();
+  RowMatrix dense = RowMatrix::Zero(n, n);
+  AddMultiply(model.pattern, A, RowMatrix::Identity(n, n), dense);
+  return dense;
+}
+
+// On a support, with handles, bent so that all forces differ.
+ClothModel SupportedDisc(const std::string& law) {
+  Scene scene = CusickScene();
+  scene.handles = Handles{};
+  return {test::SmallDisc(law)->mesh, scene, MakeLaw(law)};
+}
+
+// The blocks in vector registers are those of the dense derivative of each hinge.
+TEST(StiffnessTest, HingeBlocksAreThoseOfTheDerivative) {
+  std::mt19937_64 random(16);
+  const ClothModel model(test::SmallDisc("smooth")->mesh, Scene(), MakeLaw("smooth"));
+  const MaterialField material = test::TestMaterial();
+  const Eigen::VectorXd x = test::NoisyStart(model, 3e-3, random).x,
+                        w = test::NoisyStart(model, 3e-3, random).x;
+  for (int e = 0; e < 20; ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const HingeCorners places = GatherCorners(hinge, x.data()),
+                       moves = GatherCorners(hinge, w.data());
+    double Q[12][12];
+    BendStepDerivative(SmoothBend(), hinge, material.bend[0], places, moves, 0.05, Q);
+    BlockMatrix by_row(model.pattern), in_registers(model.pattern);
+    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], by_row);
+    AddHingeBlocks(
+        EvaluateBendStepRates(SmoothBend(), hinge, material.bend[0], places, moves, 0.05), 1.0,
+        &model.pattern.hinge_block[16 * e], in_registers);
+    const RowMatrix expected = Dense(model, by_row);
+    EXPECT_GT(expected.norm(), 0.0);
+    EXPECT_LT((Dense(model, in_registers) - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
+TEST(StiffnessTest, IsTheSymmetricPartOfTheDerivativeOfTheForce) {
+  std::mt19937_64 random(17);
+  for (const std::string law : {"smooth", "reference"}) {
+    const ClothModel model = SupportedDisc(law);
+    const MaterialField material = test::Scatter(test::TestMaterial(), model.mesh, 0.2, random);
+    const Eigen::VectorXd x = test::NoisyStart(model, 3e-3, random).x;
+    Eigen::VectorXd force, expected_force;
+    const ElementStates states = EvaluateElements(model, material, x, force);
+    AssembleForce(model, material, x, expected_force);
+    EXPECT_LT((force - expected_force).norm(), 1e-13 * force.norm());
+    BlockMatrix derivative(model.pattern), K(model.pattern);
+    AssembleStepDerivative(model, material, x, Eigen::VectorXd::Zero(x.size()), 1.0, derivative);
+    AssembleStiffness(model, states, MembraneStress(states), x, StiffnessPart::kWhole, K);
+    const RowMatrix by_x = Dense(model, derivative), stiffness = Dense(model, K);
+    EXPECT_GT((by_x - by_x.transpose()).norm(), 1e-6 * by_x.norm());
+    EXPECT_LT((stiffness + 0.5 * (by_x + by_x.transpose())).norm(), 1e-13 * by_x.norm()) << law;
+  }
+}
+
+TEST(StiffnessTest, HasTheGeometricPartOfTheGivenStress) {
+  std::mt19937_64 random(18);
+  const ClothModel model = SupportedDisc("smooth");
+  const Eigen::VectorXd x = test::NoisyStart(model, 3e-3, random).x;
+  Eigen::VectorXd force;
+  const ElementStates states = EvaluateElements(model, test::TestMaterial(), x, force);
+  StressField change(model.mesh.num_faces(), {3.0, -2.0, 1.0}), other = MembraneStress(states);
+  for (std::size_t f = 0; f < other.size(); ++f) {
+    other[f].uu += change[f].uu;
+    other[f].vv += change[f].vv;
+    other[f].uv += change[f].uv;
+  }
+  BlockMatrix expected(model.pattern), K(model.pattern);
+  AssembleStiffness(model, states, MembraneStress(states), x, StiffnessPart::kWhole, expected);
+  AddGeometricStiffness(model, change, expected);
+  AssembleStiffness(model, states, other, x, StiffnessPart::kWhole, K);
+  const RowMatrix dense = Dense(model, expected);
+  EXPECT_LT((Dense(model, K) - dense).norm(), 1e-13 * dense.norm());
+}
+
 TEST(AssemblyPartTest, CornersAreOfOnePartEach) {
   const Mesh mesh = test::SmallDisc("smooth", 500)->mesh;
   for (const int count : {1, 2, 3, 7}) {
@@ -128,6 +206,11 @@ TEST(AssemblyPartTest, SumsHaveTheSameBits) {
     AssembleForce(*model, material, x, force);
     AssembleStep(*model, material, x, 0.05, step_force, step);
     AssembleStepDerivative(*model, material, x, w, 0.05, derivative);
+    BlockMatrix stiffness(model->pattern);
+    const ElementStates states = EvaluateElements(*model, material, x, force_of_parts);
+    const double energy = Energy(*model, material.density, states, x);
+    AssembleStiffness(*model, states, MembraneStress(states), x, StiffnessPart::kWhole, stiffness);
+    const Eigen::VectorXd force_of_states = force_of_parts;
     for (const int count : {1, 2, 5}) {
       SCOPED_TRACE(testing::Message() << law << ", " << count << " parts");
       const AssemblyParts parts = SplitAssembly(model->mesh, count);
@@ -138,6 +221,13 @@ TEST(AssemblyPartTest, SumsHaveTheSameBits) {
       EXPECT_TRUE(of_parts.value == step.value);
       AssembleStepDerivative(*model, material, x, w, 0.05, of_parts, nullptr, parts);
       EXPECT_TRUE(of_parts.value == derivative.value);
+      const ElementStates own =
+          EvaluateElements(*model, material, x, force_of_parts, nullptr, parts);
+      EXPECT_EQ(force_of_parts, force_of_states);
+      EXPECT_EQ(Energy(*model, material.density, own, x), energy);
+      AssembleStiffness(*model, own, MembraneStress(own), x, StiffnessPart::kWhole, of_parts,
+                        nullptr, parts);
+      EXPECT_TRUE(of_parts.value == stiffness.value);
     }
   }
 }

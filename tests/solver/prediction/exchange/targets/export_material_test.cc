@@ -161,7 +161,7 @@ TEST_F(Energies, OurMembraneIsTheLinearOne) {
       [&](const Eigen::Matrix2d& F) {
         const GreenStrain<double> G =
             Green<double>({{F(0, 0), F(1, 0), 0.0}, {F(0, 1), F(1, 1), 0.0}});
-        return StretchEnergy(EvaluateStretch(SmoothStretch{}, G, table));
+        return StretchEnergy(Stress(EvaluateStretch(SmoothStretch{}, G, table), G), G);
       },
       kTwill);
 }
