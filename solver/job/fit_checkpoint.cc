@@ -84,6 +84,7 @@ StagedFitState ToState(const json& stored) {
                        .tried = stored.at("tried"),
                        .grid_done = stored.at("grid_done"),
                        .candidates = {},
+                       .first_fits = {},
                        .round = stored.at("round"),
                        .iterations = stored.at("iterations"),
                        .counts = stored.at("counts"),
@@ -92,6 +93,7 @@ StagedFitState ToState(const json& stored) {
   if (!stored.at("carried").is_null()) state.carried = ToCandidate(stored["carried"]);
   for (const json& candidate : stored.at("candidates"))
     state.candidates.push_back(ToCandidate(candidate));
+  for (const json& tables : stored.at("first_fits")) state.first_fits.push_back(ToTables(tables));
   return state;
 }
 
@@ -111,8 +113,9 @@ std::string FirstDifference(const std::string& saved, const std::string& present
 }  // namespace
 
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state) {
-  json candidates = json::array();
+  json candidates = json::array(), first_fits = json::array();
   for (const FitCandidate& candidate : state.candidates) candidates.push_back(ToJson(candidate));
+  for (const MaterialField& tables : state.first_fits) first_fits.push_back(ToJson(tables));
   WriteStoredJson(path, kCheckpointFormat,
                   {{"job", key},
                    {"parts_done", state.parts_done},
@@ -125,7 +128,8 @@ void WriteCheckpoint(const std::string& path, const std::string& key, const Stag
                    {"counts", state.counts},
                    {"grid_seconds", state.grid_seconds},
                    {"fit_seconds", state.fit_seconds},
-                   {"candidates", candidates}});
+                   {"candidates", candidates},
+                   {"first_fits", first_fits}});
 }
 
 std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key) {

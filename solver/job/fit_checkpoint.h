@@ -17,7 +17,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
 
 // A staged or nested fit on disk. `key` says what is fitted and how (CheckpointKey). A file with
 // the right checksum and key is trusted.
-inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 6};
+inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 7};
 
 // Writes atomically, exact to the last bit. Throws IoError when it cannot.
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);

@@ -134,11 +134,27 @@ WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
           .tell_stretching = true};
 }
 
+// The tables that explain images which are fitted from a pool: of the first fits and the result,
+// and, with as much weight together, of the pooled drapes that are like the images.
+std::vector<BranchTables> ListBranches(const FitProblem& problem, const StagedFitState& state,
+                                       const MaterialField& result) {
+  if (state.first_fits.empty()) return {};
+  std::vector<BranchTables> branches = {{result}};
+  for (const MaterialField& tables : state.first_fits) branches.push_back({tables});
+  const std::vector<MaterialField> pooled = ListStartTables(problem);
+  const double weight = double(branches.size()) / double(pooled.size());
+  for (const MaterialField& tables : pooled) branches.push_back({tables, weight});
+  return branches;
+}
+
 // How well the fitted cloth is known: by the Laplace approximation at its one table, with the
 // outlines' residuals weighted as those of a posterior, by their own σ and as many as are
-// independent; of model bayes by the posterior where its samples are reliable.
-void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const FitCandidate& best,
-                         const Eigen::MatrixXd& jacobian, FitReport& report) {
+// independent; of model bayes by the posterior where its samples are reliable; of images over their
+// branches.
+void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
+                         const StagedFitState& state, const Eigen::MatrixXd& jacobian,
+                         FitReport& report) {
+  const FitCandidate& best = *Best(state);
   const ResidualOptions& residuals = spec.stages.residuals;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
@@ -150,8 +166,11 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
                        .outline_weight = sigma_ratio * sigma_ratio * independent};
   if (of_experiment) rows = ExperimentRows(report, jacobian);
   const bool is_trusted = !of_experiment || rows.jacobian.size() > 0;
-  Judgement judge =
-      JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows, spec.stages.prior_sigma);
+  const MaterialField mean = MeanTables(report.material);
+  const std::vector<BranchTables> branches = ListBranches(problem, state, mean);
+  const double model_deviation = branches.empty() ? kModelDeviation : kBranchDeviation;
+  Judgement judge = JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows,
+                                   spec.stages.prior_sigma, model_deviation);
   const LogQuantity stretch = [&](const MaterialField& tables) {
     return std::log(EffectiveStretch(tables, report.stiffness_weights));
   };
@@ -164,8 +183,8 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem, const F
       report.posterior->pareto_k < kReliableK)
     judge = JudgeByPosterior(MakeStoredPosterior(*report.posterior),
                              of_stretch && of_stretch->determined,
-                             of_bend && of_bend->by_outlines ? kModelDeviation : 0.0);
-  const MaterialField mean = MeanTables(report.material);
+                             of_bend && of_bend->by_outlines ? model_deviation : 0.0);
+  judge = JudgeOverBranches(judge, mean, branches);
   const Bound bound =
       FindBendBound(problem, report, spec.stages.grid, best.guess, of_bend ? of_bend->left : 1.0);
   MakeSheets(spec, problem.strips,
@@ -318,7 +337,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
     report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
                                   problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
   ReportDrapes(spec, problem, FindFittedCloth(input, state), *best, control.cancel, report);
-  EstimateFittedCloth(spec, problem, *best, jacobian, report);
+  EstimateFittedCloth(spec, problem, state, jacobian, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

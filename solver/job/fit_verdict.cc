@@ -300,12 +300,14 @@ double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& 
 // gradient by the log entries, shape [39].
 class LaplaceApproximation {
  public:
-  LaplaceApproximation(const Eigen::MatrixXd& tie, const WeightedRows& rows, double prior_sigma)
+  LaplaceApproximation(const Eigen::MatrixXd& tie, const WeightedRows& rows, double prior_sigma,
+                       double model_deviation)
       : tie_(tie),
         has_outlines_(rows.outline_rows > 0),
         tell_stretching_(rows.tell_stretching),
         all_(rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols())),
-        prior_sigma_(prior_sigma) {
+        prior_sigma_(prior_sigma),
+        model_deviation_(model_deviation) {
     all_.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
     strips_ = all_.bottomRows(all_.rows() - rows.outline_rows);
   }
@@ -323,8 +325,8 @@ class LaplaceApproximation {
     const bool by_strips = LaplaceDeviation(gradient, strips_, prior_sigma_) < limit;
     const double deviation = LaplaceDeviation(gradient, all_, prior_sigma_);
     const bool by_outlines = !by_strips && has_outlines_;
-    const double factor =
-        std::exp(kQuantile90 * std::hypot(deviation, by_outlines ? degree * kModelDeviation : 0.0));
+    const double factor = std::exp(
+        kQuantile90 * std::hypot(deviation, by_outlines ? degree * model_deviation_ : 0.0));
     return {.low = 1 / factor,
             .high = factor,
             .determined = by_strips || ((is_bending || tell_stretching_) && deviation < limit),
@@ -336,7 +338,7 @@ class LaplaceApproximation {
   Eigen::MatrixXd tie_;
   bool has_outlines_, tell_stretching_;
   Eigen::MatrixXd all_, strips_;
-  double prior_sigma_;
+  double prior_sigma_, model_deviation_;
 };
 
 // Takes central differences, which have an error of 1e-8 of the gradient.
@@ -391,8 +393,8 @@ std::string BendingText(const FitReport& report) {
 }  // namespace
 
 Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
-                         const WeightedRows& rows, double prior_sigma) {
-  const LaplaceApproximation laplace(tie, rows, prior_sigma);
+                         const WeightedRows& rows, double prior_sigma, double model_deviation) {
+  const LaplaceApproximation laplace(tie, rows, prior_sigma, model_deviation);
   return [=](const LogQuantity& quantity, Resistance resistance) -> std::optional<KnownTo> {
     const Eigen::VectorXd shares = GradientByLogEntries(quantity, table);
     if (!laplace.Varies(shares)) return std::nullopt;

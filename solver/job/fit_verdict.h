@@ -31,11 +31,12 @@ struct WeightedRows {
   bool tell_stretching = false;   // they too, as experiments do
 };
 // Judges by the Laplace approximation at a fitted table. What strips do not determine has the error
-// that fits of silhouettes had on twins (kModelDeviation), and stretching is determined by strips
+// that fits of silhouettes had on twins, model_deviation, and stretching is determined by strips
 // alone, unless `tell_stretching`. tie: T = ∂(log entries)/∂θ, shape [39, P]; prior_sigma: of each
 // θ.
 Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
-                         const WeightedRows& rows, double prior_sigma);
+                         const WeightedRows& rows, double prior_sigma,
+                         double model_deviation = kModelDeviation);
 
 enum class FitGrade { kGood, kUsable, kDoNotUse };
 constexpr auto EnumNames(FitGrade) {

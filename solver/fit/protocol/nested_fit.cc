@@ -184,6 +184,7 @@ class NestedFitter {
     next.part_results = done.part_results;
     if (const std::optional<PartResult> result = FindResult(problem_, options_, done))
       next.part_results.push_back(*result);
+    next.first_fits = done.first_fits;
     next.iterations = done.iterations;
     next.counts = done.counts;
     next.grid_seconds = done.grid_seconds;

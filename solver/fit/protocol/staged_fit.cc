@@ -289,10 +289,19 @@ class StagedFitter {
     if (done == int(state.candidates.size()) || succeeded == CountWanted(options_, state)) {
       if (state.round == 0) LogStarts(state, succeeded, CountWanted(options_, state));
       for (FitCandidate& each : state.candidates) each.done = false;
+      if (problem_.is_pooled && state.parts_done == 0 && state.round == 0) KeepFirstFits(state);
       ++state.round;
     }
     state.fit_seconds += Lap();
     Save(state);
+  }
+
+  void KeepFirstFits(StagedFitState& state) const {
+    constexpr double kExplains = 2.0;  // times the misfit of the best
+    const FitCandidate* best = Best(state);
+    for (const FitCandidate& each : state.candidates)
+      if (best != nullptr && each.valid() && each.profile_rms <= kExplains * best->profile_rms)
+        state.first_fits.push_back(FittedMaterial(options_, each));
   }
 
   void LogStarts(const StagedFitState& state, int count, int wanted) const {

@@ -93,7 +93,8 @@ class SheetWriter {
           Quantity([&](const LinearFabric& f) { return f.*number.value; }),
           {.resistance = bends ? Resistance::kBending : Resistance::kStretching,
            .one_direction = bends,
-           .of_mass = bends});
+           .of_mass = bends,
+           .of_tables = true});
     }
     return {"Material, linear in its drapes", std::move(rows_)};
   }
@@ -132,7 +133,8 @@ class SheetWriter {
   struct Basis {
     Resistance resistance = Resistance::kBending;
     bool one_direction = false;
-    bool of_mass = true;  // in proportion to it
+    bool of_mass = true;     // in proportion to it
+    bool of_tables = false;  // its value, whatever other branches say
     std::optional<double> reads_up_to = {};
   };
 
@@ -142,6 +144,7 @@ class SheetWriter {
     std::optional<KnownTo> known;
     if (std::isfinite(value)) known = judge_(log_quantity, basis.resistance);
     if (!known || !known->determined || (basis.one_direction && !ratio_determined_)) known.reset();
+    if (known && basis.of_tables) known->middle = 1.0;
     AddRow({.key = key,
             .name = name,
             .value = std::exp(value),
@@ -156,6 +159,7 @@ class SheetWriter {
     if (known) {
       row.interval = {known->low > 0.0 ? row.value * known->low : -kInfinity,
                       row.value * known->high};
+      row.value *= known->middle;
       if (row.is_bound())
         row.value = std::isinf(row.interval->high) ? row.interval->low : row.interval->high;
       row.source = of_mass && !input_.density_is_given ? kMeasuredIfMass : kMeasured;
@@ -213,7 +217,7 @@ class SheetWriter {
               .unit = unit,
               .source = {},
               .standard = standard},
-             KnownTo{1.0 / factor, factor}, of_mass);
+             KnownTo{.low = 1.0 / factor, .high = factor}, of_mass);
     };
     add("bending_" + direction + "_un_m", "bending rigidity B, ", "µN·m", kIso, 1.0,
         [](double b, double) { return kMicro * b; });
@@ -315,6 +319,40 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
                    .determined = narrowed && (bends || stretch_measured),
                    .by_outlines = bend_deviation > 0.0,
                    .left = left / prior};
+  };
+}
+
+Judgement JudgeOverBranches(const Judgement& judge, const MaterialField& tables,
+                            std::vector<BranchTables> branches) {
+  if (branches.empty()) return judge;
+  return [=](const LogQuantity& quantity, Resistance resistance) -> std::optional<KnownTo> {
+    std::optional<KnownTo> known = judge(quantity, resistance);
+    if (!known || !known->by_outlines || resistance != Resistance::kBending) return known;
+    const double own = quantity(tables), wide = 0.5 * std::log(known->high / known->low);
+    std::vector<std::pair<double, double>> at;  // the logarithm of a branch over `own`, its weight
+    double all = 0.0;
+    for (const BranchTables& branch : branches)
+      if (const double log = quantity(branch.tables) - own; std::isfinite(log)) {
+        at.emplace_back(log, branch.weight);
+        all += branch.weight;
+      }
+    if (at.empty() || !(wide > 0.0)) return known;
+    const auto quantile = [&](double p) {
+      double low = std::ranges::min(at).first - 3 * wide,
+             high = std::ranges::max(at).first + 3 * wide;
+      for (int halving = 0; halving < 60; ++halving) {
+        const double middle = 0.5 * (low + high);
+        double below = 0.0;
+        for (const auto& [log, weight] : at)
+          below += 0.5 * weight * std::erfc((log - middle) * kQuantile90 / (wide * M_SQRT2));
+        (below < p * all ? low : high) = middle;
+      }
+      return std::exp(0.5 * (low + high));
+    };
+    known->low = quantile(0.05);
+    known->high = quantile(0.95);
+    known->middle = quantile(0.5);
+    return known;
   };
 }
 

@@ -31,6 +31,7 @@ struct KnownTo {
   double low = 1.0, high = 1.0;
   bool determined = false;
   bool by_outlines = false;  // and not by strips
+  double middle = 1.0;       // the share that is as likely too large as too small
   double left = 0.0;         // share of the prior's variance of its logarithm that is left
 };
 using Judgement = std::function<std::optional<KnownTo>(const LogQuantity&, Resistance)>;
@@ -38,6 +39,8 @@ using Judgement = std::function<std::optional<KnownTo>(const LogQuantity&, Resis
 // Standard deviation of the log bending stiffness that silhouettes of twins leave: shear
 // stiffness, nonlinear tables and other branches make up for it [METHODS, P57].
 inline constexpr double kModelDeviation = 0.3;
+// The same of the mean over branches, whose differences count apart (JudgeOverBranches).
+inline constexpr double kBranchDeviation = 0.1;
 inline constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-sided
 
 // Judges by samples of a posterior of kind hierarchy. A quantity is determined where the fit has
@@ -46,6 +49,17 @@ inline constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-s
 // logarithm of a rigidity, the model's error beside the posterior's.
 Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured = false,
                            double bend_deviation = kModelDeviation);
+
+// Tables that explain an image, and how much they count.
+struct BranchTables {
+  MaterialField tables;
+  double weight = 1.0;
+};
+// Judges what outlines alone know of bending by a mixture over branches [METHODS, P78]: normal
+// distributions of the logarithm about each branch, as wide as `judge` says. tables: of `judge`.
+// Without branches it is `judge`.
+Judgement JudgeOverBranches(const Judgement& judge, const MaterialField& tables,
+                            std::vector<BranchTables> branches);
 
 // The power of the rigidities in a quantity: 1 of a rigidity, 1/3 of a bending length.
 double BendDegree(const LogQuantity& log_quantity, const MaterialField& tables);
@@ -73,9 +87,11 @@ struct FabricSheetInput {
 // the readings of both. "measured" is another bending rigidity or length of one direction only if
 // the data also determine the ratio of the two. Of a fabric whose weight is not known the bending
 // lengths are measured, and the rigidities as far as the assumed weight is right. Where the
-// directions are a stiffer and a softer one, a row has the ratio of their rigidities.
+// directions are a stiffer and a softer one, a row has the ratio of their rigidities. Values are
+// KnownTo::middle of those of the tables.
 LaboratorySheet MakeFabricSheet(const FabricSheetInput& input, const Judgement& judge);
-// The numbers of the linear record (LinearNumbers) in the drapes, as exports have them [SI units].
+// The numbers of the linear record (LinearNumbers) in the drapes, as exports have them [SI units]:
+// those of the tables, which drape as they were fitted.
 LaboratorySheet MakeLinearSheet(const FabricSheetInput& input, const Judgement& judge);
 
 }  // namespace drape

@@ -46,6 +46,28 @@ TEST_F(PooledFitTest, FindsTheFabricWhateverTheStartTablesAre) {
   EXPECT_EQ(ReadAll(folder_ / "material.json"), material);
 }
 
+// The sheet counts all branches, so its interval is wider than that of the result alone, and what
+// exports have stays the result's.
+TEST_F(PooledFitTest, TheSheetCountsAllBranches) {
+  WriteStart(Scaled(test::TestMaterial(), 1.0, 4.0));
+  data_.ground_truth = data_.material;
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const nlohmann::json laboratory = Summary()["laboratory"];
+  const auto row = [&](const char* sheet, const std::string& key) {
+    const nlohmann::json& rows = laboratory[sheet]["rows"];
+    return *std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r["key"] == key; });
+  };
+  for (const char* key : {"bending_in_drape_un_m", "bending_overall_un_m"}) {
+    const nlohmann::json fitted = row("material", key);
+    const double low = fitted["low"], high = fitted["high"];
+    EXPECT_GT(std::log(high / low), 2 * kQuantile90 * kBranchDeviation) << key;
+    EXPECT_LT(low, row("reference", key)["value"].get<double>()) << key;
+    EXPECT_GT(high, row("reference", key)["value"].get<double>()) << key;
+  }
+  const double in_tables = 1e6 * Summary()["stiffness"]["bend_n_m"]["fitted"].get<double>();
+  EXPECT_NE(row("material", "bending_in_drape_un_m")["value"], in_tables);
+}
+
 TEST_F(PooledFitTest, AMirrorImageHasTheSameFit) {
   spec_.stages.iterations = {2, 2, 2};
   const auto bend = [&] {
@@ -63,6 +85,7 @@ TEST_F(PooledFitTest, AMirrorImageHasTheSameFit) {
 TEST_F(PooledFitTest, GoesOnAfterACancelToTheSameFiles) {
   RunFitJob(spec_, data_, files_, {});
   const std::vector<uint8_t> whole = ReadAll(folder_ / "material.json");
+  const nlohmann::json sheet = Summary()["laboratory"]["material"];
   for (const char* stage : {"linear, 7 numbers, round 1", "round 1", "round 2"}) {
     std::atomic<bool> cancel = false;
     const RunControl control = {&cancel, [&](double, const std::string& note) {
@@ -73,6 +96,7 @@ TEST_F(PooledFitTest, GoesOnAfterACancelToTheSameFiles) {
     EXPECT_FALSE(RunFitJob(spec_, data_, files_, {}).cancelled);
     files_.resume = false;
     EXPECT_EQ(ReadAll(folder_ / "material.json"), whole) << stage;
+    EXPECT_EQ(Summary()["laboratory"]["material"], sheet) << stage;
   }
 }
 

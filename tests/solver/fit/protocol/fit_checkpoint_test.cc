@@ -53,6 +53,9 @@ void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
 
 void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
   EXPECT_EQ(a.parts_done, b.parts_done);
+  ASSERT_EQ(a.first_fits.size(), b.first_fits.size());
+  for (std::size_t i = 0; i < a.first_fits.size(); ++i)
+    ExpectSame(a.first_fits[i], b.first_fits[i]);
   ASSERT_EQ(a.part_results.size(), b.part_results.size());
   for (std::size_t i = 0; i < a.part_results.size(); ++i) {
     EXPECT_EQ(a.part_results[i].part, b.part_results[i].part);

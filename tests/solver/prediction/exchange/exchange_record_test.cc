@@ -377,6 +377,36 @@ TEST(FabricSheet, WhatThePosteriorHasNotNarrowedIsFromThePrior) {
             "from the prior");
 }
 
+// Two branches that count alike, one at the tables and one at bend stiffer by a factor.
+LaboratorySheet OverBranches(double factor, double weight, bool by_outlines = true) {
+  const double wide = std::exp(1.645 * 0.1);
+  const Judgement judge = [=](const LogQuantity& quantity, Resistance) {
+    const double degree = BendDegree(quantity, Tables());
+    const double own = std::pow(wide, std::abs(degree));
+    return std::optional(KnownTo{1 / own, own, true, by_outlines});
+  };
+  return Sheet(JudgeOverBranches(judge, Tables(),
+                                 {{Tables(), 1.0}, {Scaled(Tables(), 1.0, factor), weight}}));
+}
+
+TEST(FabricSheet, BranchesThatDifferWidenTheInterval) {
+  const LaboratorySheet one = OverBranches(1.0, 1.0);
+  EXPECT_NEAR(Row(one, "bending_overall_un_m").value, 8.0, 1e-9);
+  EXPECT_NEAR(Row(one, "bending_overall_un_m").interval->high, 8.0 * std::exp(0.1645), 1e-3);
+  // Apart by many deviations: each end is the tenth of one branch, the value between the two.
+  const LaboratoryRow two = Row(OverBranches(4.0, 1.0), "bending_overall_un_m");
+  EXPECT_NEAR(two.value, 16.0, 1e-2);
+  EXPECT_NEAR(two.interval->low, 8.0 * std::exp(-0.12816), 1e-2);
+  EXPECT_NEAR(two.interval->high, 32.0 * std::exp(0.12816), 1e-2);
+  // The interval of a length is narrower by the cube root.
+  const LaboratoryRow length = Row(OverBranches(4.0, 1.0), "bending_length_overall_cm");
+  EXPECT_NEAR(length.interval->high / length.interval->low,
+              std::cbrt(two.interval->high / two.interval->low), 1e-3);
+  // A branch that hardly counts moves little; what strips have measured knows no branches.
+  EXPECT_NEAR(Row(OverBranches(4.0, 1e-3), "bending_overall_un_m").value, 8.0, 1e-2);
+  EXPECT_NEAR(Row(OverBranches(4.0, 1.0, false), "bending_overall_un_m").value, 8.0, 1e-9);
+}
+
 void ExpectEqual(const LinearFabric& a, const LinearFabric& b) {
   EXPECT_NEAR(a.c11, b.c11, 1e-12 * b.c11);
   EXPECT_NEAR(a.c22, b.c22, 1e-12 * b.c22);

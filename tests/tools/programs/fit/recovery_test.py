@@ -9,7 +9,8 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[4] / "tools/programs/fit/recovery.py"
 KEYS = ("c11_n_per_m", "c12_n_per_m", "c22_n_per_m", "c33_n_per_m", "bend_along_weft_n_m",
-        "bend_at_45_deg_n_m", "bend_along_warp_n_m", "bend_n_m", "bending_length_m")
+        "bend_at_45_deg_n_m", "bend_along_warp_n_m")
+SHEET = ("bending_in_drape_un_m", "bending_warp_un_m", "bending_weft_un_m", "bending_overall_un_m")
 
 
 class RecoveryTest(unittest.TestCase):
@@ -24,8 +25,11 @@ class RecoveryTest(unittest.TestCase):
         path.parent.mkdir()
         path.write_text(json.dumps({
             "verdict": {"grade": grade, },
-            "laboratory": {"material": {"rows": [
-                {"key": "bending_in_drape_un_m", "low": 1.0, "high": 2.56}]}},
+            "laboratory": {
+                "material": {"rows": [{"key": key, "value": 4 * ratio, "low": 3.0, "high": 7.68}
+                                      for key in SHEET]},
+                "reference": {"rows": [{"key": key, "value": reference * (ratio == 1.0 or 2)}
+                                       for key in SHEET] if reference else []}},
             "stiffness": {key: quantity for key in KEYS}}))
 
     def run_script(self):
@@ -45,10 +49,9 @@ class RecoveryTest(unittest.TestCase):
                          "3 fits of known fabrics, 1 more left out as not to be used")
         rows = {line[:24].strip(): line[24:].split() for line in lines[2:]}
         self.assertEqual(len(rows), 8)
-        for name, row in rows.items():
-            self.assertEqual(row[:3], ["0.55", "1.00", "1.90"], name)
-        self.assertEqual(rows["bend, as it drapes"][3:], ["to", "1.60", "x", "33", "%"])
-        self.assertEqual(rows["bending length"][3:], ["to", "1.17", "x", "33", "%"])
+        self.assertEqual(rows["stretch c11"], ["0.55", "1.00", "1.90"])
+        for name in ("B, as it drapes", "B, overall", "B, warp", "B, weft"):
+            self.assertEqual(rows[name], ["0.33", "1.00", "1.00", "to", "1.60", "x", "33", "%"])
         self.assertEqual(len(rows["shear c33"]), 3)
         self.assertGreater((self.folder / "chart.png").stat().st_size, 1000)
 
