@@ -23,8 +23,8 @@ struct RolloutOptions {
   double h = 0.05;  // time step [s], > 0
   int steps = 100;  // ≥ 0
   // Memory for factors kept for the adjoint; steps that do not fit are factored again on the way
-  // back. The default keeps all of a 300-vertex cloth and a gradient of 2,700 vertices in 300 MB.
-  std::size_t factor_memory = std::size_t{160} << 20;  // [bytes]
+  // back. The default keeps 50 steps of 1,420 vertices and a gradient of 2,700 in half a gigabyte.
+  std::size_t factor_memory = std::size_t{320} << 20;  // [bytes]
   const std::atomic<bool>* cancel = nullptr;           // ends the rollout early when it turns true
   // Frames: the numbers of done steps after which the state is seen, ascending, 0 (the start) to
   // `steps`. They change no bit of the rest.

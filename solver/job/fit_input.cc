@@ -228,10 +228,12 @@ void ReadAllStartTables(const FitSpec& spec, const FitData& data, double density
     problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
 }
 
-// Whether all that the tables say beside the density is fitted, so that other tables can start.
+// Whether no table of the start is kept, so that other tables can start: all numbers of the form
+// are fitted, or the two scales of linear tables, whose other numbers are those of pooled drapes.
 bool FitsWholeTables(TableForm form, ParameterTying parameters) {
   return (form == TableForm::kGiven && parameters == ParameterTying::kEntries) ||
-         (form == TableForm::kLinear && parameters == ParameterTying::kColumns) ||
+         (form == TableForm::kLinear &&
+          (parameters == ParameterTying::kColumns || parameters == ParameterTying::kScales)) ||
          (form == TableForm::kIsotropic && parameters == ParameterTying::kScales);
 }
 

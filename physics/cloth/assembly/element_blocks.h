@@ -26,7 +26,7 @@ DRAPE_INLINE BlockNumbers operator*(const BlockNumbers& a, const BlockNumbers& b
 DRAPE_INLINE BlockNumbers operator*(double s, const BlockNumbers& a) {
   return {s * a.first, s * a.second, s * a.last};
 }
-// a of a·bᵀ and b of it, a number for each of the nine: their product is the outer product.
+// The factors of an outer product a·bᵀ, spread over its nine numbers.
 DRAPE_INLINE BlockNumbers AsRows(const Vec3<double>& a) {
   return {Vec4{a.x, a.x, a.x, a.y}, Vec4{a.y, a.y, a.z, a.z}, a.z};
 }

@@ -46,26 +46,24 @@ TEST_F(PooledFitTest, FindsTheFabricWhateverTheStartTablesAre) {
   EXPECT_EQ(ReadAll(folder_ / "material.json"), material);
 }
 
-// The sheet counts all branches, so its interval is wider than that of the result alone, and what
-// exports have stays the result's.
+// The fabric is stiffer than pooled ones, so its rigidity has a lower end alone: that of all
+// branches, which the result's tables do not say.
 TEST_F(PooledFitTest, TheSheetCountsAllBranches) {
   WriteStart(Scaled(test::TestMaterial(), 1.0, 4.0));
   data_.ground_truth = data_.material;
   ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
-  const nlohmann::json laboratory = Summary()["laboratory"];
-  const auto row = [&](const char* sheet, const std::string& key) {
-    const nlohmann::json& rows = laboratory[sheet]["rows"];
-    return *std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r["key"] == key; });
+  const nlohmann::json summary = Summary();
+  const auto row = [&](const char* sheet) {
+    for (const nlohmann::json& each : summary["laboratory"][sheet]["rows"])
+      if (each["key"] == "bending_in_drape_un_m") return each;
+    return nlohmann::json();
   };
-  for (const char* key : {"bending_in_drape_un_m", "bending_overall_un_m"}) {
-    const nlohmann::json fitted = row("material", key);
-    const double low = fitted["low"], high = fitted["high"];
-    EXPECT_GT(std::log(high / low), 2 * kQuantile90 * kBranchDeviation) << key;
-    EXPECT_LT(low, row("reference", key)["value"].get<double>()) << key;
-    EXPECT_GT(high, row("reference", key)["value"].get<double>()) << key;
-  }
-  const double in_tables = 1e6 * Summary()["stiffness"]["bend_n_m"]["fitted"].get<double>();
-  EXPECT_NE(row("material", "bending_in_drape_un_m")["value"], in_tables);
+  const double known = row("reference")["value"], low = row("material")["low"];
+  EXPECT_NEAR(known, 1e6 * summary["stiffness"]["bend_n_m"]["reference"].get<double>(), 1e-9);
+  EXPECT_LT(low, known);
+  EXPECT_GT(low, 0.3 * known);
+  const double in_tables = 1e6 * summary["stiffness"]["bend_n_m"]["fitted"].get<double>();
+  EXPECT_GT(std::abs(std::log(low / in_tables) + kQuantile90 * kBranchDeviation), 1e-2);
 }
 
 TEST_F(PooledFitTest, AMirrorImageHasTheSameFit) {

@@ -119,6 +119,7 @@ TEST_F(CheckpointTest, EachSavedStateIsReadBackBitForBit) {
   EXPECT_EQ(saved_[0].tried.size(), 16u);
   for (StagedFitState state : saved_) {
     state.fit_seconds = 1e-17;
+    state.first_fits.assign(2, test::TestMaterial(1.0 / 3.0));
     WriteCheckpoint(path_, "job", state);
     ExpectSame(*ReadBack(), state);
   }
@@ -153,7 +154,7 @@ TEST_F(CheckpointTest, AnotherJobIsRefused) {
 
 TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
   Write("checkpoint.json", R"({"format": "drapefit-checkpoint", "job": "job", "round": 0})");
-  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 6");
+  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 7");
 }
 
 // A key says what differs, such as a mesh whose file was changed.
