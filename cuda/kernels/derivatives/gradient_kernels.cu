@@ -199,7 +199,7 @@ __global__ void __launch_bounds__(kElementThreads)
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_vertex.item[k]);
     if (c.hinge) {
-      sum += LoadVec3(records.hinges[c.element].adj_x, c.row);
+      sum += records.hinges[c.element].adj_x.d[c.row];
     } else {
       const Face& face = cloth.faces[c.element];
       const CornerGradient shape = GradientOf(face, c.row);
