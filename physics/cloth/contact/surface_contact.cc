@@ -25,15 +25,7 @@ PairMatrix PositivePart(const PairMatrix& symmetric) {
   return vectors * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
 }
 PairMatrix SelectPart(const PairMatrix& symmetric, StiffnessPart part) {
-  switch (part) {
-    case StiffnessPart::kPositive:
-      return PositivePart(symmetric);
-    case StiffnessPart::kNegative:
-      return -PositivePart(-symmetric);
-    case StiffnessPart::kWhole:
-      break;
-  }
-  return symmetric;
+  return part == StiffnessPart::kPositive ? PositivePart(symmetric) : symmetric;
 }
 
 // The second derivative of the energy of one pair [N/m].

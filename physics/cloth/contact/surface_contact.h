@@ -46,9 +46,9 @@ using ActivePairs = std::vector<ActivePair>;  // ascending
 
 // Adds the forces [N] to f, shape [3V]. Returns the energy [J].
 double AddPairForces(const ActivePairs& pairs, Eigen::VectorXd& f);
-// Calls add(i, j, block) for the blocks i ≤ j of −∂f/∂x [N/m], or of the sum of the positive or
-// negative semidefinite parts of all pairs.
-enum class StiffnessPart { kWhole, kPositive, kNegative };
+// Calls add(i, j, block) for the blocks i ≤ j of −∂f/∂x [N/m], or of the sum of the positive
+// semidefinite parts of all pairs.
+enum class StiffnessPart { kWhole, kPositive };
 using BlockVisitor = std::function<void(int i, int j, const Eigen::Matrix3d& block)>;
 void ForEachPairStiffness(const ActivePairs& pairs, StiffnessPart part, const BlockVisitor& add);
 // The force that pushes the parts of a pair apart [N].

@@ -53,12 +53,6 @@ DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& 
 template <class T>
 struct StretchStress {
   T uu, vv, uv;
-  DRAPE_HD StretchStress& operator-=(const StretchStress& other) {
-    uu -= other.uu;
-    vv -= other.vv;
-    uv -= other.uv;
-    return *this;
-  }
 };
 template <class T>
 DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
