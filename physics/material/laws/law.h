@@ -134,7 +134,8 @@ struct SmoothBend {
   }
   DRAPE_HD static int CountKnots(const Hinge& hinge, double theta) {
     const double column = std::sin(0.5 * theta) * ColumnPerSine(hinge);
-    return column < kBendCols - 0.5 ? static_cast<int>(column + 0.5) : kBendCols;
+    if (!(column < kBendCols - 0.5)) return kBendCols;
+    return static_cast<int>(column + 0.5);  // NOLINT(bugprone-incorrect-roundings): as above
   }
 
  private:

@@ -323,7 +323,7 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
 }
 
 Judgement JudgeOverBranches(const Judgement& judge, const MaterialField& tables,
-                            std::vector<BranchTables> branches) {
+                            const std::vector<BranchTables>& branches) {
   if (branches.empty()) return judge;
   return [=](const LogQuantity& quantity, Resistance resistance) -> std::optional<KnownTo> {
     std::optional<KnownTo> known = judge(quantity, resistance);

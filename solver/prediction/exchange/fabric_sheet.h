@@ -59,7 +59,7 @@ struct BranchTables {
 // distributions of the logarithm about each branch, as wide as `judge` says. tables: of `judge`.
 // Without branches it is `judge`.
 Judgement JudgeOverBranches(const Judgement& judge, const MaterialField& tables,
-                            std::vector<BranchTables> branches);
+                            const std::vector<BranchTables>& branches);
 
 // The power of the rigidities in a quantity: 1 of a rigidity, 1/3 of a bending length.
 double BendDegree(const LogQuantity& log_quantity, const MaterialField& tables);
