@@ -126,7 +126,7 @@ DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a
     }
 }
 
-// The same matrices of both wings.
+// The rates of both wings.
 struct HingeRates {
   WingRates wing[2];
 };

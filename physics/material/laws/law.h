@@ -270,7 +270,7 @@ struct ReferenceBend {
   DRAPE_HD static double KnotAngle(const Hinge& hinge, int knot) {
     return knot * hinge.rest_area / (0.1 * hinge.rest_length);
   }
-  // How many of them an angle θ ≥ 0 is past.
+  // The number of knots below an angle θ ≥ 0.
   DRAPE_HD static int CountKnots(const Hinge& hinge, double theta) {
     const double column = theta * (0.1 * hinge.rest_length / hinge.rest_area);
     return column < kBendCols - 1 ? 1 + static_cast<int>(column) : kBendCols;

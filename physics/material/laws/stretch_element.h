@@ -106,7 +106,7 @@ DRAPE_HD inline SymmetricStretch SymmetricPart(const StretchStress<Dual<3>>& S) 
           0.5 * (0.5 * S.uu.v[2] + S.uv.v[0]),
           0.5 * (0.5 * S.vv.v[2] + S.uv.v[1])};
 }
-// The same with the stiffnesses held.
+// The symmetric part with the stiffnesses held.
 DRAPE_HD inline SymmetricStretch HeldStiffness(const StretchCoefficients<double>& k) {
   return {k.c11, k.c22, 0.5 * k.c33, k.c12, 0.0, 0.0};
 }

@@ -164,8 +164,8 @@ struct StagedFitState {
   // The candidates of this round. The first round has more than are wanted, since some guesses have
   // no stable drape or the same drape as another.
   std::vector<FitCandidate> candidates;
-  // From a pool, the tables of those that the first round has fitted and that explain the
-  // observations about as well as the best of them: what branches say of the fabric.
+  // The tables that the first round has fitted from a pool and whose misfit is at most twice the
+  // least: what branches say of the fabric.
   std::vector<MaterialField> first_fits;
   int round = 0;
   int iterations = 0;

@@ -39,7 +39,7 @@ using Judgement = std::function<std::optional<KnownTo>(const LogQuantity&, Resis
 // Standard deviation of the log bending stiffness that silhouettes of twins leave: shear
 // stiffness, nonlinear tables and other branches make up for it [METHODS, P57].
 inline constexpr double kModelDeviation = 0.3;
-// The same of the mean over branches, whose differences count apart (JudgeOverBranches).
+// The deviation about each branch, where differences of branches count apart (JudgeOverBranches).
 inline constexpr double kBranchDeviation = 0.1;
 inline constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-sided
 

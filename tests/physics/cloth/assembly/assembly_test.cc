@@ -96,7 +96,7 @@ RowMatrix Dense(const ClothModel& model, const BlockMatrix& A) {
   return dense;
 }
 
-// On a support, with handles, bent so that all forces differ.
+// A disc on a support, with handles.
 ClothModel SupportedDisc(const std::string& law) {
   Scene scene = CusickScene();
   scene.handles = Handles{};

@@ -393,7 +393,7 @@ TEST(FabricSheet, BranchesThatDifferWidenTheInterval) {
   const LaboratorySheet one = OverBranches(1.0, 1.0);
   EXPECT_NEAR(Row(one, "bending_overall_un_m").value, 8.0, 1e-9);
   EXPECT_NEAR(Row(one, "bending_overall_un_m").interval->high, 8.0 * std::exp(0.1645), 1e-3);
-  // Apart by many deviations: each end is the tenth of one branch, the value between the two.
+  // Branches far apart: each end is a tenth of one of them, the value is between the two.
   const LaboratoryRow two = Row(OverBranches(4.0, 1.0), "bending_overall_un_m");
   EXPECT_NEAR(two.value, 16.0, 1e-2);
   EXPECT_NEAR(two.interval->low, 8.0 * std::exp(-0.12816), 1e-2);
