@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
 
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
@@ -22,11 +24,28 @@ struct GarmentOptions {
   int threads = 0;
   std::string backend = "auto";  // MakeStepLinearSolver
   std::string out;
-  bool resume = false;
+  bool resume = false, preview = false;
+  std::set<std::string> given;  // OptionTable::given
 };
+
+// The garment, the body and the simulation, with what --preview sets where it is not given.
+WearSpec ChosenSpec(const GarmentOptions& options) {
+  WearSpec spec = options.spec;
+  const OptionTable table{{}, {}, {}, {}, FieldOptionList(spec)};
+  for (const auto& [key, text] : {std::pair("time_step", "0.04"),
+                                  {"creep_speed", "0.01"},
+                                  {"friction_rounds", "1"},
+                                  {"tolerance", "0.01"}})
+    if (options.preview && !options.given.contains(key)) table.Set(key, text, "preview");
+  return spec;
+}
 
 std::vector<Option> ComputationOptions(GarmentOptions& options) {
   return {
+      {.key = "preview",
+       .value = &options.preview,
+       .doc = "fast and less exact: sets time_step, creep_speed, friction_rounds and tolerance "
+              "where they are not given"},
       ThreadsOption(options.threads),
       ChoiceOption(
           "backend", &options.backend, {"auto", "cpu", "cuda"},
@@ -57,8 +76,8 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "--out=out/skirt",
       .notes =
           "files: garment.obj and garment.pc2 (its points in 25 frames a second), the same of "
-          "the body, summary.json; of several draws each in a folder. drape_report shows the last "
-          "frame. In Blender: import the OBJ, add a Mesh Cache modifier with the PC2 file.\n"
+          "the body, summary.json; of several draws each in a folder. drape_report plays them; in "
+          "Blender load_in_blender.py (share/drapefit/garment) loads them.\n"
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
           "converge; the frames before it are there\n",
       .options = Concatenate(
@@ -70,7 +89,9 @@ OptionTable GarmentTable(GarmentOptions& options) {
                                                   .value = &options.resume,
                                                   .doc = "continue from the frames in --out",
                                                   .repeated = false}})),
-      .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "friction", "out"}};
+      .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "preview", "friction",
+                 "out"},
+      .given = &options.given};
 }
 
 std::string GarmentText(const GarmentResult& result) {
@@ -101,7 +122,7 @@ ToolOutcome Run(const GarmentOptions& options, const RunControl& control) {
   const OutputFolder out(options.out, {"summary.json", "garment.obj", "garment.pc2", "body.obj",
                                        "body.pc2", "checkpoint.json"});
   const GarmentResult result = RunWearJob(
-      options.spec,
+      ChosenSpec(options),
       {.threads = CountThreads(options.threads),
        .step_threads = options.threads,
        .backend = options.backend,

@@ -54,6 +54,18 @@ TEST_F(GarmentTool, WritesCachesOfAllFramesOutsideOfTheBody) {
   EXPECT_EQ(run.at("self_intersections"), 0);
 }
 
+TEST_F(GarmentTool, APreviewSetsWhatIsNotGiven) {
+  ASSERT_EQ(Dress({"--fabric=" + kFabric, "--seconds=0.04", "--preview", "--tolerance=0.02",
+                   "--out=" + Path("skirt")})
+                .exit_code,
+            0);
+  const Json summary = ReadJsonFile(Path("skirt/summary.json"));
+  EXPECT_EQ(summary.at("time_step"), 0.04);
+  EXPECT_EQ(summary.at("creep_speed"), 0.01);
+  EXPECT_EQ(summary.at("friction_rounds"), 1);
+  EXPECT_EQ(summary.at("tolerance"), 0.02);
+}
+
 TEST_F(GarmentTool, NoisyStartsDifferAndShareTheirFabric) {
   const std::vector<std::string> options = {"--fabric=" + kFabric, "--seconds=0.04", "--draws=2",
                                             "--start_noise=1e-3"};

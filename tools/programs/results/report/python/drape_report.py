@@ -77,7 +77,7 @@ def make_page(folders, max_mb):
     middle, template = template.split("%%BODY%%")
     tail, end = template.split("%%DATA%%")
     return "".join([head, html.markupsafe.escape(html.printable(title)), middle, body, tail,
-                    html.script_json(page.drapes), end])
+                    html.script_json({"drapes": page.drapes, "bodies": page.bodies}), end])
 
 
 def read_folders(paths):

@@ -187,29 +187,27 @@ def read_surface(path):
     return x, faces, uv
 
 
-def last_frame(path, x):
-    """The last frame of a point cache PC2 of these points, or where there is none the points."""
+def read_frames(path, x):
+    """The frames of a point cache PC2 of these points, or, where there is none, the points."""
     if not os.path.lexists(path):
-        return x
+        return x[None]
     with open_file(path) as file:
         header = file.read(32)
-        numbers = np.frombuffer(header[12:], "<i4") if len(header) == 32 else [0] * 5
-        points, frames = int(numbers[1]), int(numbers[4])
+        points, _, _, frames = np.frombuffer(header[16:], "<i4") if len(header) == 32 else [0] * 4
         if points != len(x) or frames < 1:
             raise InputError(f"{path}: expected a point cache of {len(x)} points")
-        file.seek(32 + 12 * points * (frames - 1))
-        moved = np.frombuffer(file.read(12 * points), "<f4")
-    if len(moved) != 3 * len(x) or not np.isfinite(moved).all():
-        raise InputError(f"{path}: expected {frames} frames of {len(x)} points")
-    return moved.reshape(-1, 3).astype(float)
+        try:
+            return np.memmap(file, "<f4", "r", 32, (frames, points, 3))
+        except ValueError:
+            raise InputError(f"{path}: expected {frames} frames of {points} points") from None
 
 
 class Cloth:
-    """Positions x [m], material coordinates uv [m] and triangles of an OBJ file."""
+    """Frames of positions [m], material coordinates uv [m] and triangles of an OBJ file."""
 
     def __init__(self, path):
-        self.x, self.faces, self.uv = read_surface(path)
-        self.x = last_frame(path[:-4] + ".pc2", self.x)
+        x, self.faces, self.uv = read_surface(path)
+        self.frames = read_frames(path[:-4] + ".pc2", x)
         a, b, c = (self.uv[self.faces[:, k]] for k in range(3))
         self.area = abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
         if not (self.area > 0).all():
@@ -223,23 +221,23 @@ class Cloth:
 
     def sum_at(self, vertices, values):
         """The sum over faces or hinges at each vertex."""
-        return np.bincount(vertices.ravel(), np.repeat(values, vertices.shape[1]), len(self.x))
+        return np.bincount(vertices.ravel(), np.repeat(values, vertices.shape[1]), len(self.uv))
 
     def mean_of_faces(self, values):
         """The mean of the faces around each vertex, weighted by area."""
         area = self.sum_at(self.faces, self.area)
         return self.sum_at(self.faces, self.area * values) / np.maximum(area, 1e-30)
 
-    def stretch(self):
-        """The largest principal strain of each face against its rest shape [%]."""
+    def stretch(self, x):
+        """The largest principal strain of the faces around each vertex, against the flat cloth [%]."""
         rest = np.stack([self.uv[self.faces[:, k]] - self.uv[self.faces[:, 0]] for k in (1, 2)], axis=2)
-        edges = np.stack([self.x[self.faces[:, k]] - self.x[self.faces[:, 0]] for k in (1, 2)], axis=2)
+        edges = np.stack([x[self.faces[:, k]] - x[self.faces[:, 0]] for k in (1, 2)], axis=2)
         deformation = edges @ np.linalg.inv(rest)
-        return 100 * (np.linalg.svd(deformation, compute_uv=False)[:, 0] - 1)
+        return self.mean_of_faces(100 * (np.linalg.norm(deformation, 2, axis=(1, 2)) - 1))
 
-    def curvature(self):
+    def curvature(self, x):
         """The angle of each hinge over the length between the centres of its faces [1/m]."""
-        a, b, c = (self.x[self.faces[:, k]] for k in range(3))
+        a, b, c = (x[self.faces[:, k]] for k in range(3))
         normal = np.cross(b - a, c - a)
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-30)[:, None]
         cosine = np.clip((normal[self.beside[:, 0]] * normal[self.beside[:, 1]]).sum(axis=1), -1, 1)
@@ -253,35 +251,60 @@ def packed(values, kind):
     return base64.b64encode(np.asarray(values).astype(kind).tobytes()).decode()
 
 
-def steps(values):
-    """Numbers in 65,535 steps from the least to the most, as drapes.js reads them."""
+def steps(values, kind="<u2"):
+    """Numbers in 65,535 steps, or 255, from the least to the most, as drapes.js reads them."""
     values = np.asarray(values, float).ravel()
     least, most = values.min(), values.max()
-    step = (most - least) / 65535 if most > least else 1
-    return {"least": least, "most": most, "steps": packed(np.rint((values - least) / step), "<u2")}
+    step = (most - least) / np.iinfo(kind).max if most > least else 1
+    return {"least": least, "most": most, "steps": packed(np.rint((values - least) / step), kind)}
 
 
 def packed_faces(faces, count):
     return packed(faces, "<u2" if count <= 65536 else "<u4")
 
 
-def viewer_drape(path, name, folder, viewer):
+def viewer_drape(path, name, folder, viewer, page):
     """A drape of the viewer. Faces are left out where they are those of its first drape."""
     mesh = Cloth(path)
-    discs = folder.discs()
-    fields = [("height", "mm", 1e3 * mesh.x[:, 2]),
-              ("stretch", "%", mesh.mean_of_faces(mesh.stretch())), ("curvature", "1/m", mesh.curvature())]
-    drape = {"name": name, "support_m": discs[1] / 2 if discs else None, "positions": steps(mesh.x),
-             "fields": [{"name": field, "unit": unit} | steps(values) for field, unit, values in fields]}
-    faces = packed_faces(mesh.faces, len(mesh.x))
-    if not viewer or viewer[0]["faces"] != faces:
-        drape["faces"] = faces
+    moving = [mesh.frames]
     if folder.program == "drape_garment":
         body = os.path.join(os.path.dirname(path), "body")
-        x, faces, _ = read_surface(body + ".obj")
-        drape["body"] = {"positions": steps(last_frame(body + ".pc2", x)),
-                         "faces": packed_faces(faces, len(x))}
-    return drape
+        x, body_faces, _ = read_surface(body + ".obj")
+        moving.append(read_frames(body + ".pc2", x))
+    count = min(map(len, moving))
+    most = max(1, int(motion_share(page) * count))
+    shown = np.unique(np.linspace(count - 1, 0, most).round()).astype(int)
+    frames, *of_body = [each[shown].astype(float) for each in moving]
+    if not all(np.isfinite(each).all() for each in [frames, *of_body]):
+        raise InputError(f"{path}: has a point that is no number in its point cache or its body's")
+    discs, faces = folder.discs(), packed_faces(mesh.faces, len(mesh.uv))
+    fields = [("height", "mm", 1e3 * frames[:, :, 2]), ("stretch", "%", list(map(mesh.stretch, frames))),
+              ("curvature", "1/m", list(map(mesh.curvature, frames)))]
+    drape = {"name": name, "support_m": discs[1] / 2 if discs else None, "positions": steps(frames),
+             "times": (shown / (number(folder.summary, "/frames_per_second") or 25)).tolist(),
+             "fields": [{"name": field, "unit": unit} | steps(values, "u1")
+                        for field, unit, values in fields]}
+    if not viewer or viewer[0]["faces"] != faces:
+        drape["faces"] = faces
+    if of_body:
+        body = {"positions": steps(*of_body), "faces": packed_faces(body_faces, len(x))}
+        if body not in page.bodies and page.take(len(html.script_json(body)), f"{folder.name}: body"):
+            page.bodies.append(body)
+        drape["body"] = page.bodies.index(body) if body in page.bodies else None
+    note = f"{name}: {most} of {count} frames are shown; a larger --max_mb shows more"
+    return drape, note if most < count else ""
+
+
+def motion_share(page):
+    """The share of the frames of all motions that has room. A cloth takes as many bytes on the page
+    as in its point cache, a body two thirds."""
+    if page.motion_share is None:
+        caches = [(folder.at(os.path.join(os.path.dirname(file), name)), weight)
+                  for folder in page.folders for _, file in stored_drapes(folder)[:MOST_DRAPES]
+                  for name, weight in ((os.path.basename(file)[:-4] + ".pc2", 1), ("body.pc2", 2 / 3))]
+        size = sum(weight * os.lstat(path).st_size for path, weight in caches if os.path.lexists(path))
+        page.motion_share = min(1, 0.9 * page.room / max(size, 1))
+    return page.motion_share
 
 
 def stored_drapes(folder):
@@ -303,22 +326,25 @@ def drapes(folder, page):
     stored = stored_drapes(folder)
     for name, file in stored[:MOST_DRAPES]:
         try:
-            drape = viewer_drape(folder.at(file), name, folder, viewer)
+            drape, note = viewer_drape(folder.at(file), name, folder, viewer, page)
         except InputError as error:
-            missing.append(html.paragraph(str(error), "missing"))
-            continue
-        if page.take(len(html.script_json(drape)), f"{folder.name}: drape {name}"):
-            viewer.append(drape)
+            note = str(error)
+        else:
+            if page.take(len(html.script_json(drape)), f"{folder.name}: drape {name}"):
+                viewer.append(drape)
+        missing += [html.paragraph(note, "missing")] if note else []
     if len(viewer) < len(stored):
         missing.append(html.paragraph(f"{len(viewer)} of {len(stored)} drapes are shown", "missing"))
     if not viewer:
         return html.join(missing)
     page.drapes.append(viewer)
-    return html.BLOCKS.viewer(len(page.drapes) - 1) + html.join(missing)
+    side_by_side = 2 if folder.program == "drape_garment" and len(viewer) > 1 else 1
+    return html.BLOCKS.viewers(len(page.drapes) - 1, side_by_side) + html.join(missing)
 
 
 def how_to_turn(markup):
     return html.paragraph("The drape in three dimensions needs a script.", "quiet unscripted") + (
         html.paragraph("Drag or use the arrow keys to turn, the wheel or two fingers to zoom. Stretch "
-                       "is the largest principal strain against the flat cloth.", "quiet")
+                       "is the largest principal strain against the flat cloth. Motions play in "
+                       "step; a GLB file has the motion for other programs.", "quiet")
     ) if markup else ""
