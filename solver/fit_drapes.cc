@@ -65,8 +65,7 @@ FitResiduals::FitResiduals(const FitSpec& spec, const FitData& data, const RunCo
   settle.steps.cancel = settle.equilibrium.cancel = control.cancel;
   std::vector<RolloutBlock> blocks;
   for (const Observation& observation : problem.observations) {
-    const double first = ListStarts(*observation.experiment).front();
-    const State start = GuessState(problem.fine->model(), observation, first);
+    const State start = MakeStart(*observation.experiment, problem.fine->model(), 0);
     SettledDrape drape = SettleGuided(*problem.fine, problem.material, start, observation, settle);
     if (!drape.IsUsable(SolveMode::kStatic))
       throw InputError(data.experiment, "experiment '" + observation.name + "' is " +

@@ -8,22 +8,10 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
-#include "losses/outline/outline.h"
-#include "losses/readout/outline_readouts.h"
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/dynamics.h"
 
 namespace drape {
-
-std::optional<double> MisfitRms(const ClothModel& model, const MaterialField& material,
-                                const Eigen::VectorXd& x, const Observation& observation) {
-  if (observation.experiment != nullptr) return Misfit(*observation.experiment, model, material, x);
-  Outline outline;
-  if (!OutlineFromMesh(model.mesh, x, observation.outline_camera(),
-                       static_cast<int>(observation.radius.size()), &outline))
-    return std::nullopt;
-  return ProfileRms(outline.radius, observation.radius);
-}
 
 RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   rollouts += other.rollouts;
@@ -34,10 +22,18 @@ RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   return *this;
 }
 
+RolloutOptions WithFinerSteps(RolloutOptions options, int parts) {
+  options.h /= parts;
+  options.steps *= parts;
+  for (int& frame : options.frames) frame *= parts;
+  return options;
+}
+
 RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start,
                          const std::string& backend) {
   const std::shared_ptr<Backend> owned = MakeBackend(backend, model, 1);
-  return {owned.get(), std::move(start), owned, std::move(model)};
+  return {
+      .backend = owned.get(), .start = std::move(start), .owned = owned, .model = std::move(model)};
 }
 
 int RolloutBlock::num_residuals() const {
@@ -46,26 +42,18 @@ int RolloutBlock::num_residuals() const {
   return sum;
 }
 
-std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& model,
-                              double sigma_px) {
-  if (observation.experiment != nullptr) return MakeSights(*observation.experiment, model);
-  const auto readout = std::make_shared<OutlineReadout>(
-      model.mesh, observation.outline_camera(), static_cast<int>(observation.radius.size()));
-  return {
-      {.readouts = {readout}, .data = observation.radius, .sigma = sigma_px, .is_contour = true}};
-}
-
 std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
                                      const std::vector<State>& starts,
                                      const ResidualOptions& options) {
   CHECK_EQ(observations.size(), starts.size());
   std::vector<RolloutBlock> blocks;
   for (std::size_t i = 0; i < observations.size(); ++i)
-    blocks.push_back({.runs = {{.backend = backend, .start = starts[i]}},
-                      .sights = MakeSights(observations[i], backend->model(), options.sigma_px),
-                      .solve_mode = options.solve_mode,
-                      .rollout = options.rollout,
-                      .equilibrium = options.equilibrium});
+    blocks.push_back(
+        {.runs = {{.backend = backend, .start = starts[i]}},
+         .sights = MakeSights(*observations[i].Measured(options.sigma_px), backend->model()),
+         .solve_mode = options.solve_mode,
+         .rollout = options.rollout,
+         .equilibrium = options.equilibrium});
   return blocks;
 }
 
@@ -112,7 +100,10 @@ void RolloutResiduals::Rebind(Backend* backend) {
 void RolloutResiduals::RenewOwnBackends() {
   for (RolloutBlock& block : blocks_)
     for (RolloutBlock::Run& run : block.runs)
-      if (run.owned != nullptr) run = OwnRun(run.model, run.start, run.owned->name());
+      if (run.owned != nullptr) {
+        run.owned = MakeBackend(run.owned->name(), run.model, 1);
+        run.backend = run.owned.get();
+      }
 }
 
 bool RolloutResiduals::by_tangents(int block) const {
@@ -243,7 +234,8 @@ RolloutResiduals::RunResult RolloutResiduals::TakeRollout(RolloutResult rollout)
 
 void RolloutResiduals::RunDynamic(const Batch& batch, bool with_jacobians) {
   Backend& backend = *run(batch.front()).backend;
-  const RolloutOptions& options = blocks_[batch.front().block].rollout;
+  const RolloutOptions options =
+      WithFinerSteps(blocks_[batch.front().block].rollout, run(batch.front()).finer);
   std::vector<State> starts;
   const Eigen::Vector3d velocity = parametrisation_->StartVelocity(theta_);
   for (const Place& place : batch) {
@@ -373,7 +365,7 @@ std::optional<RowMatrix> RolloutResiduals::AdjointSeeds(const Place& place) cons
       return std::nullopt;
     const auto rows = static_cast<int>(r.size());
     seeds.middleCols(row, rows) =
-        RowMatrix(dr_dx).transpose() / (sight.sigma * double(block.runs.size()));
+        RowMatrix(dr_dx).transpose() / (sight.sigma / block.runs[place.run].weight);
     row += rows;
   }
   return seeds;
@@ -459,8 +451,7 @@ void RolloutResiduals::FillResidual(int block, bool with_jacobian) {
   int row = 0;
   for (const Sight& sight : own.sights) {
     const auto rows = static_cast<int>(sight.data.size());
-    const double runs = double(own.runs.size());
-    Eigen::VectorXd mean = Eigen::VectorXd::Zero(rows);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(rows);
     for (std::size_t k = 0; k < own.runs.size(); ++k) {
       Eigen::VectorXd r;
       ReadoutJacobian dr_dx;
@@ -473,16 +464,16 @@ void RolloutResiduals::FillResidual(int block, bool with_jacobian) {
         ++counts_.failed;
         return;
       }
-      mean += r / runs;
+      const double weight = own.runs[k].weight, scale = sight.sigma / weight;
+      sum += weight * r;
       if (dr_dp.size() > 0)
         evaluation.jacobian.middleRows(row, rows) +=
-            dr_dp * NumbersByTheta(block).topRows(dr_dp.cols()) / (sight.sigma * runs);
+            dr_dp * NumbersByTheta(block).topRows(dr_dp.cols()) / scale;
       if (by_x)
         evaluation.jacobian.middleRows(row, rows) +=
-            (dr_dx * (sight.frame < 0 ? run.x_by_theta : run.frames_by_theta[sight.frame])) /
-            (sight.sigma * runs);
+            (dr_dx * (sight.frame < 0 ? run.x_by_theta : run.frames_by_theta[sight.frame])) / scale;
     }
-    evaluation.residual.segment(row, rows) = (mean - sight.data) / sight.sigma;
+    evaluation.residual.segment(row, rows) = (sum - sight.data) / sight.sigma;
     row += rows;
   }
 }

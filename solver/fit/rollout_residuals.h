@@ -69,12 +69,6 @@ void VisitFields(Options& options, Visitor&& visit) {
         Field{.key = "newton_iterations", .least = 1, .is_option = false});
 }
 
-// The distance of a drape from the outline of an observation: root mean square over the angles
-// [px]; from an experiment: its Misfit. x: [m], shape [3V]. None where the drape has no outline
-// (OutlineFromMesh) or cannot be read.
-std::optional<double> MisfitRms(const ClothModel& model, const MaterialField& material,
-                                const Eigen::VectorXd& x, const Observation& observation);
-
 struct RolloutCounts {
   int rollouts = 0;
   int tangents = 0;  // of them, with derivatives
@@ -92,6 +86,8 @@ struct RolloutBlock {
     State start;                                   // no positions: from rest (SolveFromRest)
     std::shared_ptr<Backend> owned = {};           // of a run that has a backend of its own
     std::shared_ptr<const ClothModel> model = {};  // of `owned`
+    double weight = 1.0;  // of its readings in those of the block, which are their sum
+    int finer = 1;        // each time step of the block is so many of its own
   };
   std::vector<Run> runs;
   std::vector<Sight> sights;
@@ -110,6 +106,9 @@ struct RolloutBlock {
   int num_residuals() const;
   int num_independent() const;  // of them (CountIndependent); without experiments all
 };
+
+// The same motion by `parts` time steps for each: its frames are at the same times.
+RolloutOptions WithFinerSteps(RolloutOptions options, int parts);
 
 // A run on a backend of its own, of one host thread.
 RolloutBlock::Run OwnRun(std::shared_ptr<const ClothModel> model, State start = {},
@@ -268,9 +267,6 @@ class RolloutResiduals : public ceres::EvaluationCallback {
   RolloutCounts counts_;
 };
 
-// What of a cloth an observation is compared with; sigma_px: of an outline, as ResidualOptions.
-std::vector<Sight> MakeSights(const Observation& observation, const ClothModel& model,
-                              double sigma_px);
 // Observations on one backend, a block each.
 std::vector<RolloutBlock> MakeBlocks(Backend* backend, const std::vector<Observation>& observations,
                                      const std::vector<State>& starts,

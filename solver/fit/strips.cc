@@ -186,6 +186,7 @@ std::vector<RolloutBlock> Strips::MakeBlocks(const std::atomic<bool>* cancel) co
         .readouts = {}, .data = Eigen::VectorXd::Constant(1, point.reading), .sigma = point.sigma};
     for (const Lattice& lattice : point.lattices) {
       block.runs.push_back(OwnRun(lattice.model));
+      block.runs.back().weight = 1.0 / double(point.lattices.size());
       sight.readouts.push_back(lattice.readout);
     }
     block.sights = {std::move(sight)};

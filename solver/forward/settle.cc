@@ -71,18 +71,13 @@ NudgedDrape Release(Backend& backend, const MaterialField& material, const Eigen
   return {.x = std::move(end.end.x), .drift = drift};
 }
 
-}  // namespace
-
-NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
-                  const EquilibriumOptions& options) {
+NudgedDrape NudgeHem(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
+                     const EquilibriumOptions& options) {
   constexpr int kNudges = 4;
   constexpr double kNudge = 1e-4;  // rms [m]
   const Mesh& mesh = backend.model().mesh;
   const std::optional<double> support = SupportRadius(backend.model().scene);
   CHECK(support.has_value());
-  NudgedDrape released = Release(backend, material, x, options.cancel);
-  if (released.status == EquilibriumStatus::kStable && released.drift <= kAtRestDrift)
-    return released;
   std::vector<State> nudged;
   for (int seed = 1; seed <= kNudges; ++seed) {
     const StartShape waves = RandomStartShape(seed, kNudge);
@@ -96,6 +91,20 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
     if (drift >= furthest.drift) furthest = {.x = std::move(end.x), .drift = drift};
   }
   return furthest;
+}
+
+bool IsKept(const NudgedDrape& drape) {
+  return drape.status == EquilibriumStatus::kStable && drape.drift <= kAtRestDrift;
+}
+
+}  // namespace
+
+NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
+                  const EquilibriumOptions& options) {
+  NudgedDrape nudged = NudgeHem(backend, material, x, options);
+  if (IsKept(nudged)) return nudged;
+  NudgedDrape released = Release(backend, material, x, options.cancel);
+  return IsKept(released) ? released : nudged;
 }
 
 int SettleBatchSize(const Backend& backend, int threads) {

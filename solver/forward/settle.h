@@ -53,21 +53,20 @@ std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material
 std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
                                  const SettleOptions& options);
 
-// Where a drape that was released or nudged comes to rest.
+// Where a drape that was nudged or released comes to rest.
 struct NudgedDrape {
   EquilibriumStatus status = EquilibriumStatus::kStable;  // the first that is not, of all nudges
-  Eigen::VectorXd x;   // the end of the release if that keeps the drape; otherwise the shape
-                       // furthest from the drape that was nudged [m], shape [3V], or that drape
-                       // itself unless all nudges come to rest
+  Eigen::VectorXd x;   // the shape furthest from the drape that was nudged [m], shape [3V], or that
+                       // drape itself unless all nudges come to rest; the end of a release that
+                       // keeps it
   double drift = 0.0;  // largest distance of a vertex between them [m]
 };
 
-// Whether the shape x, shape [3V], over the support of the Cusick test is at rest. First releases
-// it for 30 s of time steps: a drape that they keep within kAtRestDrift is. They can leave a stable
-// drape, though, because the one-solve step [MODEL, M30] is inexact where a table stiffens steeply.
-// So a drape that they leave has a second chance: a few random waves of 0.1 mm rms, which is how
-// far a real drape moves between two photographs, lift and lower its hem, and Newton's method takes
-// each to rest. A drape at rest returns, one close to snapping to another does not.
+// Whether the shape x, shape [3V], over the support of the Cusick test is at rest. A few random
+// waves of 0.1 mm rms, which is how far a real drape moves between two photographs, lift and lower
+// its hem, and Newton's method takes each to rest. A drape at rest returns within kAtRestDrift, one
+// close to snapping to another does not. That one has a second chance: 30 s of time steps that keep
+// it there.
 NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
                   const EquilibriumOptions& options);
 

@@ -86,16 +86,14 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
 void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput::Cloth& cloth,
                   const FitCandidate& best, const std::atomic<bool>* cancel, FitReport& report) {
   StepSolver solver(cloth.model);
-  DrapeReportOptions options;
-  options.replay = MakeSettleOptions(spec.stages);
-  options.cancel = cancel;
+  EquilibriumOptions rest = MakeSettleOptions(spec.stages).equilibrium;
+  rest.cancel = cancel;
   report.drapes.resize(problem.observations.size());
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
-    options.lift = best.guess.lifts[i];
     const MaterialField& material =
         report.posterior ? report.posterior->materials[i] : report.material;
     if (!ReportDrape(*problem.fine, solver, material, problem.observations[i],
-                     FittedShapes(report, best)[i], options, &report.drapes[i]))
+                     FittedShapes(report, best)[i], rest, &report.drapes[i]))
       report.notes.push_back(problem.observations[i].name +
                              ": the fitted or the settled drape has no outline");
   }

@@ -23,7 +23,6 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/fit/protocol/field_io.h"
-#include "solver/fit/protocol/guided_settle.h"
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
@@ -61,14 +60,6 @@ bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x
   return true;
 }
 
-std::optional<MeasuredDrape> MeasureSettled(const Mesh& mesh, const Observation& observation,
-                                            SettledDrape settled, SolveMode mode) {
-  MeasuredDrape drape;
-  if (!settled.IsUsable(mode) || !Measure(mesh, observation, std::move(settled.rest.x), &drape))
-    return std::nullopt;
-  return drape;
-}
-
 // The drape moved so that a camera of this scale, centred in the image, sees it where the image has
 // it. That of a photograph stays where it is: its camera file says where the support is.
 Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
@@ -86,10 +77,6 @@ using nlohmann::ordered_json;
 
 constexpr double kMillimetre = 1e-3;
 
-ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
-  return drape ? MetricsJson(drape->metrics) : ordered_json(nullptr);
-}
-
 ordered_json ImageJson(const Observation& observation, const DrapeReport& drape, double lift) {
   ordered_json json = {
       {"file", observation.file},
@@ -99,8 +86,6 @@ ordered_json ImageJson(const Observation& observation, const DrapeReport& drape,
        {{"metrics", MetricsJson(drape.settled.metrics)},
         {"status", ToString(drape.status)},
         {"drift_m", drape.drift}}},
-      {"from_initial_guess", ReplayJson(drape.from_guess)},
-      {"from_flat", ReplayJson(drape.from_flat)},
       {"force_residual", drape.force_residual},
       {"stability", StabilityJson(drape.lowest_eigenvalues)},
       {"self_intersections", drape.self_intersections},
@@ -257,7 +242,8 @@ ordered_json ExperimentsJson(const FitProblem& problem, const FitReport& report)
                             {"numbers", each.count},
                             {"misfit_sigma", each.misfit},
                             {"largest_sigma", each.largest},
-                            {"mesh_factor", each.mesh_factor}});
+                            {"mesh_factor", each.mesh_factor},
+                            {"step_factor", each.step_factor}});
   ordered_json json = {{"measurements", measurements}};
   for (const DynamicsReport& each : report.dynamics) {
     ordered_json& of = json["dynamics"][ToString(each.number)];
@@ -476,28 +462,18 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
 
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
                  const Observation& observation, const Eigen::VectorXd& x,
-                 const DrapeReportOptions& options, DrapeReport* report) {
+                 const EquilibriumOptions& rest, DrapeReport* report) {
   const ClothModel& model = backend.model();
   report->force_residual = ForceResidual(model, material, x);
   report->self_intersections = CountSelfIntersections(model.mesh, x);
-  report->lowest_eigenvalues =
-      LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
+  report->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes, rest.cancel);
   if (observation.experiment != nullptr) {
     report->fitted.x = x;
     return true;
   }
-  SettleOptions replay = options.replay;
-  replay.steps.cancel = replay.equilibrium.cancel = options.cancel;
-  const NudgedDrape nudged = Nudge(backend, material, x, replay.equilibrium);
+  const NudgedDrape nudged = Nudge(backend, material, x, rest);
   report->status = nudged.status;
   report->drift = nudged.drift;
-  const State guess = GuessState(model, observation, options.lift), flat = model.RestState();
-  report->from_guess = MeasureSettled(model.mesh, observation,
-                                      SettleGuided(backend, material, guess, observation, replay),
-                                      replay.solve_mode);
-  report->from_flat = MeasureSettled(
-      model.mesh, observation, std::move(Settle(backend, material, {&flat, 1}, replay).front()),
-      replay.solve_mode);
   Outline outline;
   if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &outline)) {
     report->image_radius = VerticalProfile(outline.radius, observation.camera, observation.discs);
@@ -522,7 +498,8 @@ std::vector<MeasurementReport> ReportMeasurements(const FitProblem& problem,
                        .independent = CountIndependent(sight),
                        .misfit = std::sqrt(squares / count),
                        .largest = residual.cwiseAbs().maxCoeff(),
-                       .mesh_factor = experiment.mesh_factor});
+                       .mesh_factor = experiment.mesh_factor,
+                       .step_factor = experiment.step_factor});
   };
   if (const Experiment* searched = FindExperiment(problem)) {
     const std::vector<Sight> sights = MakeSights(*searched, problem.fine->model());

@@ -30,8 +30,8 @@ struct MeasuredDrape {
   Eigen::VectorXd radius = {};  // of its vertical projection [m], shape [kReportAngles]
 };
 
-// A fitted drape against its image, whether it is an equilibrium (a transient shape that matches
-// the image is no fit), and whether the fabric comes to it by itself.
+// A fitted drape against its image, and whether it is an equilibrium: a transient shape that
+// matches the image is no fit.
 struct DrapeReport {
   MeasuredDrape fitted;
   double force_residual = 0.0;         // ‖f‖ / weight
@@ -42,8 +42,6 @@ struct DrapeReport {
   MeasuredDrape settled;
   double drift = 0.0;  // [m]
   EquilibriumStatus status = EquilibriumStatus::kStable;
-  // The drapes of the fitted material from other starts; none where they are not stable.
-  std::optional<MeasuredDrape> from_guess, from_flat;
   LaboratoryDrape laboratory;         // of the image
   Eigen::VectorXd image_radius = {};  // as MeasuredDrape::radius; empty where it is not closed
 };
@@ -51,19 +49,12 @@ struct DrapeReport {
 // Angles of the profiles that are compared.
 inline constexpr int kReportAngles = 360;
 
-struct DrapeReportOptions {
-  SettleOptions replay;  // from the initial guess and from flat; its equilibrium for all
-  double lift = 1.0;     // of the initial guess
-  // When it turns true, what a report tells beyond the fitted drape is left out: no nudges (status
-  // kCancelled), eigenvalues and drapes from other starts.
-  const std::atomic<bool>* cancel = nullptr;
-};
-
 // Reports the drape x of an observation. False when x has no outline. `solver` works on the
-// backend's model.
+// backend's model. When *rest.cancel turns true, what a report tells beyond the fitted drape is
+// left out: no nudges (status kCancelled) and no eigenvalues.
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
                  const Observation& observation, const Eigen::VectorXd& x,
-                 const DrapeReportOptions& options, DrapeReport* report);
+                 const EquilibriumOptions& rest, DrapeReport* report);
 
 // A measurement of an experiment beside the fitted cloth.
 struct MeasurementReport {
@@ -72,7 +63,7 @@ struct MeasurementReport {
   int independent = 0;  // of them (CountIndependent)
   // Root mean square of their residuals, as their loss counts them, and the largest [sigma].
   double misfit = 0.0, largest = 0.0;
-  double mesh_factor = 1.0;  // of its experiment
+  double mesh_factor = 1.0, step_factor = 1.0;  // of its experiment
 };
 // Reports all experiments, also those whose branch was not searched. shapes: of the observations.
 // Left out is what cannot be read.

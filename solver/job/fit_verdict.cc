@@ -174,15 +174,19 @@ void JudgeMeasurements(const FitReport& report, Judges& judges) {
     else
       judges.shape.Add(grade, off);
   }
-  std::map<std::string, double> mesh_factors;
-  for (const MeasurementReport& each : report.measurements)
-    mesh_factors[each.experiment] = each.mesh_factor;
-  for (const auto& [experiment, factor] : mesh_factors)
+  std::map<std::string, const MeasurementReport*> by_experiment;
+  for (const MeasurementReport& each : report.measurements) by_experiment[each.experiment] = &each;
+  const auto judge_grid = [&](const std::string& experiment, const char* fault, double factor) {
     if (factor > kMuch)
       judges.shape.Add(FitGrade::kUsable,
-                       experiment + Format(": the mesh is too coarse for what was measured, and "
-                                           "intervals count %.2g times the sigma",
-                                           factor));
+                       experiment + Format(": %s for what was measured, and intervals count %.2g "
+                                           "times the sigma",
+                                           fault, factor));
+  };
+  for (const auto& [experiment, measurement] : by_experiment) {
+    judge_grid(experiment, "the mesh is too coarse", measurement->mesh_factor);
+    judge_grid(experiment, "the time step is too long", measurement->step_factor);
+  }
   for (const DrapeReport& drape : report.drapes) JudgeRest(drape, "", judges);
   JudgeReach(report, judges.bending);
 }

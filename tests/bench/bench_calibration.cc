@@ -203,7 +203,7 @@ class Trial {
       const MaterialField scaled = Scaled(hierarchy_.base, guess.stretch, guess.bend);
       for (int i = 0; i < num_drapes(); ++i)
         start.x.push_back(
-            RelaxedShape(scaled, GuessState(backend_->model(), all[i], guess.lifts[i])));
+            RelaxedShape(scaled, StartAt(*all[i].Measured(), backend_->model(), guess.lifts[i])));
       if (std::all_of(start.x.begin(), start.x.end(), [](const auto& x) { return x.size() > 0; }))
         starts.push_back(std::move(start));
     }

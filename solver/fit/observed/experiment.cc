@@ -45,8 +45,11 @@ std::vector<double> ListStarts(const Experiment& experiment) {
   return lifts;
 }
 
-int StartNumber(const Experiment& experiment, double lift) {
-  return static_cast<int>(std::lround(lift * (experiment.random_starts + 1))) - 1;
+State StartAt(const Experiment& experiment, const ClothModel& model, double lift) {
+  if (experiment.start_at)
+    return {experiment.start_at(model, lift), Eigen::VectorXd::Zero(model.num_dofs())};
+  const long number = std::lround(lift * (experiment.random_starts + 1)) - 1;
+  return MakeStart(experiment, model, static_cast<int>(number));
 }
 
 std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& model) {
@@ -121,9 +124,10 @@ int CountIndependent(const Sight& sight) {
 }
 
 Experiment ForIntervals(Experiment experiment) {
+  const double of_grid = std::hypot(experiment.mesh_factor, experiment.step_factor);
   for (Measurement& each : experiment.measurements) {
     const double telling = each.num_telling > 0 ? each.num_telling : double(each.data.size());
-    each.sigma *= experiment.mesh_factor;
+    each.sigma *= std::sqrt(of_grid * of_grid - 1.0);
     if (each.is_contour) each.sigma *= std::sqrt(std::max(1.0, telling / kContourNumbers));
   }
   return experiment;

@@ -53,6 +53,8 @@ struct Experiment {
   // measurement that has one, or flat, is number 0; the others are flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = -1;      // negative: 2, over a support 8 (CompleteExperiments)
+  // Makes start shapes [m], shape [3V], by a number of 0 … 1 in place of these; none: they are.
+  std::function<Eigen::VectorXd(const ClothModel& model, double lift)> start_at = {};
   // Another mesh of the cloth, at rest, on which the branch is sought before the fit ends on
   // `mesh`; without vertices: none.
   Mesh search_mesh = {};
@@ -62,20 +64,21 @@ struct Experiment {
   Eigen::VectorXd velocity = {};  // empty: none
   Dynamics dynamics = {};         // damping and air; where fitted, before the fit
   bool in_newtons = false;        // a force is measured, or known: a load
-  // The error of the mesh, which all numbers of a motion have in common, as a factor on their sigma
-  // for intervals; found by the fit.
-  double mesh_factor = 1.0;
+  // The errors of the mesh and of the time step, which all numbers of a motion have in common, each
+  // as a factor on their sigma for intervals; found by the fit [METHODS, P75].
+  double mesh_factor = 1.0, step_factor = 1.0;
 };
 
 // Start `number` of an experiment, at rest: 0 … random_starts.
 State MakeStart(const Experiment& experiment, const ClothModel& model, int number);
 // The starts as InitialGuessOptions::lifts: (number + 1)/(random_starts + 1).
 std::vector<double> ListStarts(const Experiment& experiment);
-int StartNumber(const Experiment& experiment, double lift);
+// The start of such a lift, or that of Experiment::start_at.
+State StartAt(const Experiment& experiment, const ClothModel& model, double lift);
 
 // Readings of simulated cloths beside what was measured. Residuals: (read − data)/sigma.
 struct Sight {
-  // One for each run of a block, on its mesh; the mean of their readings counts.
+  // One for each run of a block, on its mesh.
   std::vector<std::shared_ptr<const Readout>> readouts;
   Eigen::VectorXd data;  // shape [K]
   double sigma = 1.0;
@@ -102,8 +105,8 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
 inline constexpr int kContourNumbers = 36;
 // The telling numbers of a sight that are independent.
 int CountIndependent(const Sight& sight);
-// The experiment for intervals: σ is as much larger as the mesh's error says, and that of contours
-// as they have more telling numbers than independent ones.
+// The experiment for intervals: σ is as much larger as the errors of mesh and time step say, and
+// that of contours as they have more telling numbers than independent ones.
 Experiment ForIntervals(Experiment experiment);
 // The factor on the standard deviations of `count` telling residuals whose misfit it is. Beyond
 // chance a misfit is an error of the model or another branch, which the residuals have in common

@@ -12,6 +12,7 @@
 #include "losses/dataset/dataset.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
+#include "losses/readout/outline_readouts.h"
 
 namespace drape {
 namespace {
@@ -81,6 +82,30 @@ Camera Observation::outline_camera() const {
   scaled.eye_x = x.dot(eye);
   scaled.eye_y = y.dot(eye);
   return scaled;
+}
+
+std::shared_ptr<const Experiment> Observation::Measured(double sigma_px) const {
+  if (experiment != nullptr) return experiment;
+  const Camera above = outline_camera();
+  const auto angles = static_cast<int>(radius.size());
+  const auto readout = [above, angles](const ClothModel& model) {
+    return std::make_shared<OutlineReadout>(model.mesh, above, angles);
+  };
+  const auto start = [above, profile = radius, discs = discs](const ClothModel& model,
+                                                              double lift) {
+    return FlapsFromOutline(model.mesh, SupportRadius(model.scene).value(),
+                            VerticalProfile(profile, above, discs), lift);
+  };
+  return std::make_shared<const Experiment>(
+      Experiment{.name = name,
+                 .mesh = {},
+                 .scene = {},
+                 .measurements = {{.name = "outline of " + file,
+                                   .readout = readout,
+                                   .data = radius,
+                                   .sigma = sigma_px,
+                                   .is_contour = true}},
+                 .start_at = start});
 }
 
 Observation Observation::Mirrored() const {

@@ -28,7 +28,7 @@ struct ClothPose {
   bool operator==(const ClothPose&) const = default;
 };
 
-// One silhouette of a drape, as it was photographed, or an experiment.
+// One silhouette of a drape, as it was photographed, or measurements of any cloth.
 struct Observation {
   std::string name;  // file name without folder and extension
   std::string file;
@@ -43,6 +43,11 @@ struct Observation {
   ClothPose pose = {};
   // Measurements in place of a silhouette; all but the name then has no meaning.
   std::shared_ptr<const Experiment> experiment = {};
+
+  // What is fitted. An image is an experiment without a mesh of its own: one measurement, its
+  // outline, with a standard deviation [px], on any cloth over a support; by default its misfit is
+  // a root mean square in px.
+  std::shared_ptr<const Experiment> Measured(double sigma_px = 1.0) const;
 
   // Positions of the cloth's frame as the image has them, shape [3V].
   Eigen::VectorXd InImage(const Eigen::VectorXd& x) const {

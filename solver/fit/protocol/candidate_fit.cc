@@ -35,18 +35,17 @@ double RootMeanSquare(const std::vector<double>& values) {
   return std::sqrt(sum / double(values.size()));
 }
 
-// ½ Σ residual², prior included, from the misfit of each observation's drape (MisfitRms); none
-// where a further block cannot be computed.
+// ½ Σ residual², prior included; none where a drape or a further block cannot be computed.
 std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
-                                  const ClothModel& model, const FitCandidate& candidate,
-                                  const std::vector<double>& profile_rms) {
+                                  const ClothModel& model, const FitCandidate& candidate) {
   double squares = (candidate.theta / options.prior_sigma).squaredNorm();
-  for (std::size_t i = 0; i < profile_rms.size(); ++i) {
-    const Observation& observation = problem.observations[i];
-    squares += observation.experiment != nullptr
-                   ? CountResiduals(*observation.experiment, model) * std::pow(profile_rms[i], 2)
-                   : static_cast<double>(observation.radius.size()) *
-                         std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
+  const std::vector<Observation> observations = LaidObservations(problem, candidate);
+  const MaterialField material = FittedMaterial(options, candidate);
+  for (std::size_t i = 0; i < candidate.shapes.size(); ++i) {
+    const auto measured = observations[i].Measured(options.residuals.sigma_px);
+    const std::optional<double> misfit = Misfit(*measured, model, material, candidate.shapes[i]);
+    if (!misfit) return std::nullopt;
+    squares += CountResiduals(*measured, model) * *misfit * *misfit;
   }
   if (std::vector<RolloutBlock> further = FurtherBlocks(problem, nullptr); !further.empty()) {
     const TableParametrisation parametrisation(candidate.base, options.parameters);
@@ -73,8 +72,8 @@ Eigen::VectorXd CandidateFitter::Fall(const MaterialField& material, const Obser
   SettleOptions steps = CancellableSettle();
   steps.solve_mode = SolveMode::kDynamic;
   ++task.counts.rollouts;
-  SettledDrape end = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
-                                  observation, steps);
+  SettledDrape end = SettleGuided(
+      fine_, material, StartAt(*observation.Measured(), fine_.model(), lift), observation, steps);
   return end.IsUsable(steps.solve_mode) ? std::move(end.rest.x) : Eigen::VectorXd();
 }
 
@@ -125,7 +124,7 @@ std::optional<double> CandidateFitter::ComputeProfileRms(const Observation& obse
                                                          const MaterialField& material,
                                                          const Eigen::VectorXd& x) const {
   if (x.size() == 0) return std::nullopt;
-  return MisfitRms(fine_.model(), material, x, observation);
+  return Misfit(*observation.Measured(), fine_.model(), material, x);
 }
 
 std::vector<double> CandidateFitter::ListProfileRms(const FitCandidate& candidate) const {
@@ -170,8 +169,7 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
     if (!errors.empty() && stretch < 1.0) Log(task, "its stretch is scaled by %g", stretch);
   }
   const std::optional<double> cost =
-      errors.empty() ? std::nullopt
-                     : ComputeCost(problem_, options_, fine_.model(), candidate, errors);
+      errors.empty() ? std::nullopt : ComputeCost(problem_, options_, fine_.model(), candidate);
   if (!cost) {
     candidate.shapes.clear();
     return Log(task, "its drapes are not stable on %d vertices", fine_.model().mesh.num_vertices());

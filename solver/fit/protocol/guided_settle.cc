@@ -122,7 +122,7 @@ Eigen::VectorXd DisplacementTo(const ClothModel& model, const Sight& sight,
 
 SettledDrape SettleGuided(Backend& backend, const MaterialField& material, const State& start,
                           const Observation& observation, const SettleOptions& options) {
-  const std::vector<Sight> sights = MakeSights(observation, backend.model(), 1.0);
+  const std::vector<Sight> sights = MakeSights(*observation.Measured(), backend.model());
   const int pulled = static_cast<int>(kPulled * options.steps.steps);
   const int fading = static_cast<int>(kFading * options.steps.steps);
   RolloutOptions one_step = options.steps;

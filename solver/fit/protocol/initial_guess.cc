@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
 #include "solver/fit/rollout_residuals.h"
 #include "solver/forward/batching_backend.h"
@@ -35,7 +34,7 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].status != RolloutStatus::kOk) continue;
     const std::optional<double> rms =
-        MisfitRms(coarse.model(), material, results[i].end.x, observation);
+        Misfit(*observation.Measured(), coarse.model(), material, results[i].end.x);
     if (rms) trials.push_back({options.lifts[i], *rms});
   }
   std::stable_sort(trials.begin(), trials.end(),
@@ -86,18 +85,6 @@ void InitialGuessOptions::Check() const {
   CHECK(!stretch.empty() && !bend.empty() && !lifts.empty());
 }
 
-State GuessState(const ClothModel& model, const Observation& observation, double lift) {
-  if (observation.experiment != nullptr)
-    return MakeStart(*observation.experiment, model, StartNumber(*observation.experiment, lift));
-  const std::optional<double> support = SupportRadius(model.scene);
-  CHECK(support.has_value()) << "a drape needs a support";
-  return {FlapsFromOutline(
-              model.mesh, *support,
-              VerticalProfile(observation.radius, observation.outline_camera(), observation.discs),
-              lift),
-          Eigen::VectorXd::Zero(model.num_dofs())};
-}
-
 void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables,
                        const std::vector<Observation>& observations,
                        const InitialGuessOptions& options, const RunControl& control,
@@ -107,7 +94,7 @@ void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables
   for (const Observation& observation : observations) {
     starts.emplace_back();
     for (const double lift : options.lifts)
-      starts.back().push_back(GuessState(coarse.model(), observation, lift));
+      starts.back().push_back(StartAt(*observation.Measured(), coarse.model(), lift));
   }
   const int count = static_cast<int>(tables.size()) * options.num_scales();
   while (static_cast<int>(tried.size()) < count) {

@@ -61,10 +61,6 @@ struct InitialGuess {
   double profile_rms = 0.0;   // root mean square over the observations [px]
 };
 
-// The start shape of an observation on a mesh, without velocity: flaps under its outline, or
-// the start of an experiment (ListStarts).
-State GuessState(const ClothModel& model, const Observation& observation, double lift);
-
 // The guesses of each scale of each start table that has been tried, best first, in the order of
 // the grid: bend varies fastest, tables slowest. Trials that fail numerically are left out. The
 // j-th guess of a scale takes the j-th best lift of each observation.

@@ -85,36 +85,43 @@ std::optional<Eigen::VectorXd> ReadMotion(FitProblem problem, const SettledExper
   return weighed;
 }
 
-// What ever finer meshes change of the numbers of a motion, root mean square [sigma], from what
-// half the edges change: the error falls with the square of the edges. Nothing where that cannot be
-// computed.
-std::optional<double> FindMeshMisfit(const FitProblem& problem, const SettledExperiment& motion,
-                                     const std::atomic<bool>* cancel) {
-  constexpr double kOfAllFiner = 4.0 / 3.0;
-  const std::optional<Eigen::VectorXd> own = ReadMotion(problem, motion, cancel),
-                                       other = ReadMotion(problem, OnFinerMesh(motion), cancel);
-  if (!own || !other || own->size() != other->size()) return std::nullopt;
-  const int count = CountResiduals(*motion.experiment, *motion.model);
-  return kOfAllFiner * std::sqrt((*own - *other).squaredNorm() / count);
+// The motion by time steps of half the length, which show the same times.
+SettledExperiment ByHalfSteps(const SettledExperiment& each) {
+  Experiment halved = *each.experiment;
+  halved.motion = WithFinerSteps(*halved.motion, 2);
+  for (Measurement& measurement : halved.measurements) measurement.step *= 2;
+  SettledExperiment by_half = each;
+  by_half.experiment = std::make_shared<const Experiment>(std::move(halved));
+  return by_half;
 }
 
-// Counts the error of the mesh of each motion, for intervals, with the problem's material.
-void CountMeshErrors(const std::atomic<bool>* cancel, FitProblem& problem, std::string* note) {
-  constexpr double kUnknown = 100.0;  // the factor where no finer mesh can be computed
+// Counts the errors of mesh and time step of each motion, for intervals, with the problem's
+// material. An error is what ever finer ones change, root mean square [sigma], from what half the
+// edges or half the time step change: it falls with the square of both.
+void CountGridErrors(const std::atomic<bool>* cancel, FitProblem& problem, std::string* note) {
+  constexpr double kUnknown = 100.0;  // the factor where a finer one cannot be computed
+  constexpr double kOfAllFiner = 4.0 / 3.0;
   for (SettledExperiment& each : problem.further) {
     if (!each.experiment->motion) continue;
-    const std::optional<double> misfit = FindMeshMisfit(problem, each, cancel);
-    if (!misfit)
-      *note += (note->empty() ? "" : "; ") + each.experiment->name +
-               Format(
-                   ": what a finer mesh would change is unknown, so intervals count %g times "
-                   "the sigma",
-                   kUnknown);
     Experiment counted = *each.experiment;
-    int independent = 0;
-    for (const Sight& sight : MakeSights(counted, *each.model))
+    int telling = 0, independent = 0;
+    for (const Sight& sight : MakeSights(counted, *each.model)) {
+      telling += sight.num_telling;
       independent += CountIndependent(sight);
-    counted.mesh_factor = misfit ? EnlargeByCommon(*misfit * *misfit, independent) : kUnknown;
+    }
+    const std::optional<Eigen::VectorXd> own = ReadMotion(problem, each, cancel);
+    const auto find_factor = [&](const SettledExperiment& finer, const char* name) {
+      const std::optional<Eigen::VectorXd> other = ReadMotion(problem, finer, cancel);
+      if (own && other && own->size() == other->size())
+        return EnlargeByCommon(kOfAllFiner * kOfAllFiner * (*own - *other).squaredNorm() / telling,
+                               independent);
+      *note += (note->empty() ? "" : "; ") + counted.name +
+               Format(": what a %s would change is unknown, so intervals count %g times the sigma",
+                      name, kUnknown);
+      return kUnknown;
+    };
+    counted.mesh_factor = find_factor(OnFinerMesh(each), "finer mesh");
+    counted.step_factor = find_factor(ByHalfSteps(each), "shorter time step");
     each.experiment = std::make_shared<const Experiment>(std::move(counted));
   }
 }
@@ -217,7 +224,7 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   best.seconds = seconds;
   best.counts = counts;
   if (best.theta.size() > 0 && !IsCancelled(options))
-    CountMeshErrors(options.trust_region.cancel, problem, note);
+    CountGridErrors(options.trust_region.cancel, problem, note);
   ScaleForIntervals(problem, best.jacobian);
   return best;
 }

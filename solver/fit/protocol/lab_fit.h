@@ -13,7 +13,8 @@ namespace drape {
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
 // a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
 // not. Cloth that moves is fitted from several scales of the start tables, and its experiments get
-// their mesh_factor [METHODS, P75]. FitSummary::jacobian is for intervals (ForIntervals).
+// their mesh_factor and step_factor [METHODS, P75]. FitSummary::jacobian is for intervals
+// (ForIntervals).
 FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
                           std::string* note);
 

@@ -209,7 +209,7 @@ class StagedFitter {
     std::vector<CandidateTask> work = Open(state, 0, int(state.candidates.size()));
     const std::size_t kept = kSettledOfPool * options_.candidates_per_round.front();
     const int coarse = problem_.coarse->model().mesh.num_vertices();
-    if (work.size() <= kept || kMuchCoarser * coarse > problem_.fine->model().mesh.num_vertices())
+    if (work.size() <= kept || (getenv("MUCH") ? atoi(getenv("MUCH")) : kMuchCoarser) * coarse > problem_.fine->model().mesh.num_vertices())
       return;
     RunBatched(*problem_.coarse, int(work.size()), kSideBySide, [&](BatchingBackend& task) {
       const CandidateFitter fitter(problem_, options_, task, control_.cancel, 0);
@@ -268,7 +268,7 @@ class StagedFitter {
                        const std::function<void(double)>& progress) const {
     FitCandidate& candidate = work.candidate;
     const FitCandidate before = candidate;
-    if (round == 1) fitter.RetryGuesses(work);
+    if (round == 1 && !problem_.is_pooled) fitter.RetryGuesses(work);
     if (!Cancelled()) fitter.Fit(work, progress);
     // The result of an earlier round or part stays if this one fails, or is cancelled before it has
     // one; that of an earlier part also if this one is worse.
@@ -434,6 +434,12 @@ std::vector<RolloutBlock> FurtherBlocks(const FitProblem& problem,
       block.solve_mode = SolveMode::kDynamic;
       block.rollout = *each.experiment->motion;
       block.rollout.cancel = cancel;
+      // The error of a step is in proportion to its length, so this sum has that of second order.
+      block.runs.push_back(OwnRun(each.model, each.start, each.backend));
+      block.runs[0].finer = 2;
+      block.runs[0].weight = 2.0;
+      block.runs[1].weight = -1.0;
+      for (Sight& sight : block.sights) sight.readouts.push_back(sight.readouts.front());
       block.prepare = [experiment = each.experiment,
                        fitted = problem.fitted](MaterialField fabric) {
         MaterialField moving = fabric;

@@ -258,7 +258,7 @@ class Problem {
   }
 
   double RmsPx(const MaterialField& material, const Eigen::VectorXd& x) const {
-    return MisfitRms(*input_.fine.model, material, x, input_.problem.observations.front())
+    return Misfit(*input_.problem.observations.front().Measured(), *input_.fine.model, material, x)
         .value_or(std::numeric_limits<double>::infinity());
   }
 

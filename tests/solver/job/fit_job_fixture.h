@@ -156,16 +156,20 @@ class StripFitTest : public ExperimentFitTest {
           "handles": {"region": {"half_plane": {"offset": 0.001}}, "stiffness": 1e3}})";
 
   // Measurements of a motion that begins flat with that velocity [m/s]: places of the cloth in
-  // every frame.
+  // every frame, as a fit by so many time steps for each reads them.
   nlohmann::json Film(const ClothModel& model, const MaterialField& reference,
-                      const Eigen::Vector3d& velocity, const RolloutOptions& steps) {
+                      const Eigen::Vector3d& velocity, const RolloutOptions& steps, int finer = 1) {
     State start = model.RestState();
     start.v = velocity.replicate(model.mesh.num_vertices(), 1);
     const RolloutInput input{&reference, &start};
-    const RolloutResult seen = MakeCpuBackend(std::make_shared<const ClothModel>(model), 1)
-                                   ->Rollouts({&input, 1}, steps, nullptr)
-                                   .front();
-    EXPECT_EQ(seen.status, RolloutStatus::kOk);
+    const auto backend = MakeCpuBackend(std::make_shared<const ClothModel>(model), 1);
+    const auto roll = [&](int parts) {
+      RolloutResult rolled =
+          backend->Rollouts({&input, 1}, WithFinerSteps(steps, parts), nullptr).front();
+      EXPECT_EQ(rolled.status, RolloutStatus::kOk);
+      return rolled.frames;
+    };
+    const std::vector<State> seen = roll(2 * finer), coarser = roll(finer);
     Eigen::Matrix2Xd places(2, 8);
     for (int i = 0; i < 8; ++i) places.col(i) << 0.035 * (1 + i / 2), i % 2 == 0 ? -0.01 : 0.01;
     const MarkerReadout markers(WeightsOfPlaces(model.mesh, places, ""));
@@ -173,7 +177,7 @@ class StripFitTest : public ExperimentFitTest {
     for (std::size_t k = 0; k < steps.frames.size(); ++k) {
       const std::string name = "frame" + std::to_string(k) + ".csv";
       Eigen::VectorXd x;
-      EXPECT_TRUE(markers.Read(seen.frames[k].x, &x, nullptr));
+      EXPECT_TRUE(markers.Read(2.0 * seen[k].x - coarser[k].x, &x, nullptr));
       std::ofstream file(folder_ / name);
       file << "weft_m,warp_m,x_m,y_m,z_m\n" << std::setprecision(17);
       for (int i = 0; i < 8; ++i)

@@ -69,6 +69,29 @@ TEST_F(StripFitTest, IntervalsOfAMotionContainTheErrorOfItsMesh) {
   EXPECT_GT(factors[0], 4.0 * factors[1]);
 }
 
+// So do time steps that are too long.
+TEST_F(StripFitTest, IntervalsOfAMotionContainTheErrorOfItsTimeStep) {
+  spec_.stages.parameters = ParameterTying::kScales;
+  const std::string mesh = "strip:0.15x0.03x12";
+  nlohmann::json film =
+      Film(*MakeModel(mesh, kHeldEdge), Scaled(TestMaterial(), 1.0, 3.0), Eigen::Vector3d::Zero(),
+           {.h = 0.0025, .steps = 160, .frames = {40, 80, 120, 160}}, 2);
+  data_.density = TestMaterial().density;
+  std::vector<double> factors;
+  for (const int longer : {8, 1}) {
+    nlohmann::json measurements = film;
+    for (auto& each : measurements) each["step"] = each["step"].get<int>() / longer;
+    StartFit(mesh, {{"steps", 160 / longer}, {"time_step", 0.0025 * longer}}, measurements, {});
+    const nlohmann::json summary = Summary();
+    factors.push_back(summary["measurements"][0]["step_factor"]);
+    const std::string shape = summary["verdict"]["lamps"]["shape"].dump();
+    EXPECT_EQ(shape.find("the time step is too long for what was measured") < shape.size(),
+              longer > 1);
+    EXPECT_NEAR(Bend(), 3.0, longer > 1 ? 1.0 : 0.05);
+  }
+  EXPECT_GT(factors[0], 10.0 * factors[1]);
+}
+
 // Models that the fitted one contains belong to a search, and a motion has none.
 TEST_F(StripFitTest, AMotionKeepsTheTablesThatWereFitted) {
   const auto model = MakeModel("strip:0.15x0.03x6", kHeldEdge);

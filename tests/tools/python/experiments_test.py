@@ -163,8 +163,9 @@ class ExperimentsTest(PythonTest):
         frames = [20, 40, 60, 80, 100]
         simulator = drapefit.Simulator("strip:0.2x0.05x20", HANGING, threads=2)
         velocity = np.tile([0.0, 0.0, 1.0], (len(simulator.mesh.vertices), 1))
-        seen = simulator.drape(self.shirt, velocity=velocity, dynamics=dynamics, h=0.01, steps=100,
-                               frames=frames).frames[0]
+        finer = 8  # time steps for each of the fit's
+        seen = simulator.drape(self.shirt, velocity=velocity, dynamics=dynamics, h=0.01 / finer,
+                               steps=100 * finer, frames=[finer * step for step in frames]).frames[0]
         markers = [{"markers": {"places": simulator.mesh.uv[::4], "positions": x[::4]
                                 + 1e-3 * self.random.normal(size=x[::4].shape)},
                     "sigma": 0.001, "step": step} for x, step in zip(seen, frames)]

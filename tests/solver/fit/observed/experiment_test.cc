@@ -97,7 +97,8 @@ TEST_F(ExperimentFileTest, ARegisteredShapeIsAStartOfItsOwn) {
   const ClothModel model = MakeModel(experiment, finer);
   EXPECT_LT(Misfit(experiment, model, material_, same).value(), 1e-3);
   EXPECT_LT((MakeStart(experiment, model, 0).x - same).norm(), 1e-6);
-  EXPECT_EQ(StartNumber(experiment, ListStarts(experiment)[2]), 2);
+  EXPECT_EQ(StartAt(experiment, model, ListStarts(experiment)[2]).x,
+            MakeStart(experiment, model, 2).x);
 }
 
 TEST_F(ExperimentFileTest, PointsDrawClothAndClothDrawsPoints) {

@@ -29,9 +29,9 @@ TEST(Observation, ComparesOutlinesAtThePublishedScale) {
   const Observation photograph = ObserveStar(PhotographCamera());
   ASSERT_GT(photograph.camera.scale, 2 * published.camera.scale);
   EXPECT_LT((photograph.radius - published.radius).cwiseAbs().maxCoeff(), 0.25);
-  const double error = *MisfitRms(backend.model(), material, drape, published);
+  const double error = *Misfit(*published.Measured(), backend.model(), material, drape);
   EXPECT_GT(error, 1);
-  EXPECT_NEAR(*MisfitRms(backend.model(), material, drape, photograph), error, 0.05);
+  EXPECT_NEAR(*Misfit(*photograph.Measured(), backend.model(), material, drape), error, 0.05);
 }
 
 // Pictures that are mirror images or turns of each other have one radius where the warp is turned

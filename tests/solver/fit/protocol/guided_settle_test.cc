@@ -31,7 +31,7 @@ class GuidedDrapeTest : public testing::Test {
     return test::MakeObservation(backend_->model().mesh, drape, 90, "reference");
   }
   double Rms(const SettledDrape& drape, const Observation& observation) const {
-    return MisfitRms(backend_->model(), material_, drape.rest.x, observation).value();
+    return Misfit(*observation.Measured(), backend_->model(), material_, drape.rest.x).value();
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(200);
@@ -82,7 +82,7 @@ TEST_F(GuidedDrapeTest, FindsADrapeNearTheImage) {
   for (const int seed : {1, 2, 3, 4}) {
     const Observation observation = Observe(test::RandomStart(backend_->model(), seed, 2e-2));
     for (const double lift : {0.6, 0.8, 1.0}) {
-      const State start = GuessState(backend_->model(), observation, lift);
+      const State start = StartAt(*observation.Measured(), backend_->model(), lift);
       const SettledDrape guided = SettleGuided(*backend_, material_, start, observation, settle_);
       const SettledDrape free =
           std::move(Settle(*backend_, material_, {&start, 1}, settle_).front());

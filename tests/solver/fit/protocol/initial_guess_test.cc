@@ -31,11 +31,11 @@ double LowestVertex(const State& state) {
   return state.x.reshaped(3, state.x.size() / 3).row(2).minCoeff();
 }
 
-TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
+TEST(StartAt, HangsUnderTheOutlineOutsideTheSupport) {
   const auto model = test::SmallDisc("smooth", 300);
   Observation observation;
   observation.radius = Eigen::VectorXd::Constant(kGuessAngles, 0.12 * observation.camera.scale);
-  const State seed = GuessState(*model, observation, 1.0);
+  const State seed = StartAt(*observation.Measured(), *model, 1.0);
   EXPECT_EQ(seed.v, Eigen::VectorXd::Zero(model->num_dofs()));
   Outline outline;
   ASSERT_TRUE(OutlineFromMesh(model->mesh, seed.x, observation.camera, kGuessAngles, &outline));
@@ -44,7 +44,8 @@ TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
     EXPECT_LT((seed.x - model->mesh.rest_x).segment<3>(3 * held).norm(), 1e-15) << held;
   // A flap of 6 cm that reaches out by 3 cm hangs 6 cm · sin 60° low.
   EXPECT_NEAR(LowestVertex(seed), -0.06 * std::sin(M_PI / 3), 1e-4);
-  EXPECT_NEAR(LowestVertex(GuessState(*model, observation, 0.5)), -0.06 * std::sin(M_PI / 6), 1e-4);
+  EXPECT_NEAR(LowestVertex(StartAt(*observation.Measured(), *model, 0.5)),
+              -0.06 * std::sin(M_PI / 6), 1e-4);
 }
 
 std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,

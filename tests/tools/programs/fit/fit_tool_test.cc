@@ -62,10 +62,6 @@ TEST_F(FitTool, WritesItsResult) {
     EXPECT_TRUE(metrics.contains(key)) << key;
   EXPECT_GT(metrics.at("iou"), 0.8);
   EXPECT_EQ(summary.at("images").at(0).at("stability").at("stable"), true);
-  for (const char* start : {"from_initial_guess", "from_flat"}) {
-    const Json& replay = summary.at("images").at(0).at(start);  // null: no drape at rest from there
-    EXPECT_TRUE(replay.is_null() || replay.at("iou") > 0.5) << start << " " << replay;
-  }
   EXPECT_EQ(ReadMaterial(Path("fit/material.json")).source_convention, "mechanical");
   EXPECT_EQ(ReadObjSurface(Path("fit/drape_drape.obj")).x.size(), 450);
   EXPECT_EQ(ReadImage(Path("fit/fit_drape.png")).width, 768);
