@@ -209,7 +209,7 @@ class StagedFitter {
     std::vector<CandidateTask> work = Open(state, 0, int(state.candidates.size()));
     const std::size_t kept = kSettledOfPool * options_.candidates_per_round.front();
     const int coarse = problem_.coarse->model().mesh.num_vertices();
-    if (work.size() <= kept || (getenv("MUCH") ? atoi(getenv("MUCH")) : kMuchCoarser) * coarse > problem_.fine->model().mesh.num_vertices())
+    if (work.size() <= kept || kMuchCoarser * coarse > problem_.fine->model().mesh.num_vertices())
       return;
     RunBatched(*problem_.coarse, int(work.size()), kSideBySide, [&](BatchingBackend& task) {
       const CandidateFitter fitter(problem_, options_, task, control_.cancel, 0);
