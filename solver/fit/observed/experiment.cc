@@ -124,10 +124,10 @@ int CountIndependent(const Sight& sight) {
 }
 
 Experiment ForIntervals(Experiment experiment) {
-  const double of_grid = std::hypot(experiment.mesh_factor, experiment.step_factor);
+  const double of_mesh = experiment.mesh_factor, of_step = experiment.step_factor;
   for (Measurement& each : experiment.measurements) {
     const double telling = each.num_telling > 0 ? each.num_telling : double(each.data.size());
-    each.sigma *= std::sqrt(of_grid * of_grid - 1.0);
+    each.sigma *= std::sqrt(of_mesh * of_mesh + of_step * of_step - 1.0);
     if (each.is_contour) each.sigma *= std::sqrt(std::max(1.0, telling / kContourNumbers));
   }
   return experiment;

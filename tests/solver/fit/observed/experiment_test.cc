@@ -363,6 +363,8 @@ TEST_F(ExperimentFileTest, PixelsAtTheOutlineOfASilhouetteCount) {
   Experiment coarse = markers;
   coarse.mesh_factor = EnlargeByCommon(0.5, 3);
   EXPECT_NEAR(ForIntervals(coarse).measurements[0].sigma, 0.01 * std::sqrt(1.5), 1e-15);
+  coarse.step_factor = EnlargeByCommon(1.0, 3);
+  EXPECT_NEAR(ForIntervals(coarse).measurements[0].sigma, 0.01 * std::sqrt(2.5), 1e-15);
   EXPECT_NEAR(EnlargeByCommon(0.5, 24), std::sqrt(2.0), 1e-15);
 }
 

@@ -46,7 +46,7 @@ TEST_F(GuidedDrapeTest, ThePullIsTheDistanceToTheOutline) {
   const Eigen::VectorXd flat = model.RestState().x;
   Observation observation = test::MakeObservation(model.mesh, model.RestState(), 360, "flat");
   const auto pull = [&] {
-    return DisplacementTo(model, MakeSights(observation, model, 1.0).front(), flat);
+    return DisplacementTo(model, MakeSights(*observation.Measured(), model).front(), flat);
   };
   EXPECT_LT(pull().cwiseAbs().maxCoeff(), 1e-4);  // but for the pixels of the image
   constexpr double kFurther = 0.01;               // [m]
