@@ -53,7 +53,7 @@ struct Experiment {
   // measurement that has one, or flat, is number 0; the others are flat with random waves.
   Eigen::VectorXd start = {};  // [m], shape [3V]; empty: flat
   int random_starts = -1;      // negative: 2, over a support 8 (CompleteExperiments)
-  // Makes start shapes [m], shape [3V], by a number of 0 … 1 in place of these; none: they are.
+  // Makes the start shape [m], shape [3V], of a lift of 0 … 1, in place of these; empty: these.
   std::function<Eigen::VectorXd(const ClothModel& model, double lift)> start_at = {};
   // Another mesh of the cloth, at rest, on which the branch is sought before the fit ends on
   // `mesh`; without vertices: none.

@@ -158,14 +158,14 @@ class ExperimentsTest(PythonTest):
         self.assertTrue(0.8 < inside < 0.98, inside)
 
     def test_damping_of_a_swinging_strip_is_recovered(self):
-        motion = {"steps": 200, "time_step": 0.005, "velocity": [0, 0, 1]}
+        motion = {"steps": 320, "time_step": 0.0025, "velocity": [0, 0, 1]}
         dynamics = {"mass_damping": 2.0, "air_drag": 0.5}
-        frames = [40, 80, 120, 160, 200]
+        frames = [64, 128, 192, 256, 320]
         simulator = drapefit.Simulator("strip:0.2x0.05x20", HANGING, threads=2)
         velocity = np.tile([0.0, 0.0, 1.0], (len(simulator.mesh.vertices), 1))
         finer = 4  # time steps for each of the fit's
-        seen = simulator.drape(self.shirt, velocity=velocity, dynamics=dynamics, h=0.005 / finer,
-                               steps=200 * finer, frames=[finer * step for step in frames]).frames[0]
+        seen = simulator.drape(self.shirt, velocity=velocity, dynamics=dynamics, h=0.0025 / finer,
+                               steps=320 * finer, frames=[finer * step for step in frames]).frames[0]
         markers = [{"markers": {"places": simulator.mesh.uv[::4], "positions": x[::4]
                                 + 1e-3 * self.random.normal(size=x[::4].shape)},
                     "sigma": 0.001, "step": step} for x, step in zip(seen, frames)]
