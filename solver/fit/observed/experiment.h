@@ -105,8 +105,8 @@ std::optional<double> Misfit(const Experiment& experiment, const ClothModel& mod
 inline constexpr int kContourNumbers = 36;
 // The telling numbers of a sight that are independent.
 int CountIndependent(const Sight& sight);
-// The experiment for intervals: σ is as much larger as the errors of mesh and time step say, and
-// that of contours as they have more telling numbers than independent ones.
+// The experiment for intervals: σ is as much larger as the errors of mesh and time step say, and σ
+// of contours as they have more telling numbers than independent ones.
 Experiment ForIntervals(Experiment experiment);
 // The factor on the standard deviations of `count` telling residuals whose misfit it is. Beyond
 // chance a misfit is an error of the model or another branch, which the residuals have in common

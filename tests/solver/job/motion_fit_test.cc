@@ -69,7 +69,7 @@ TEST_F(StripFitTest, IntervalsOfAMotionContainTheErrorOfItsMesh) {
   EXPECT_GT(factors[0], 4.0 * factors[1]);
 }
 
-// So do time steps that are too long.
+// A time step that is too long for a motion says so, and intervals contain its error.
 TEST_F(StripFitTest, IntervalsOfAMotionContainTheErrorOfItsTimeStep) {
   spec_.stages.parameters = ParameterTying::kScales;
   const std::string mesh = "strip:0.15x0.03x12";

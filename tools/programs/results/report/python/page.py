@@ -144,8 +144,8 @@ class Page:
         self.taken = 0  # of the part that is being written
         self.sections = []  # id, heading, markup
         self.drapes = []  # a list for each viewer
-        self.bodies = []  # that wear the drapes
-        self.motion_share = None  # of drapes.py
+        self.bodies = []  # bodies that wear the drapes
+        self.motion_share = None  # share of all frames that has room, found by drapes.py
         self.left_out = []
 
     def take(self, size, what):
