@@ -61,8 +61,8 @@ struct FitProblem {
 struct StagedFitOptions {
   InitialGuessOptions grid;
   // Candidates fitted in each round, from a pool in each part.
-  std::vector<int> candidates_per_round = {5, 2, 1};
-  std::vector<int> iterations = {5, 8, 40};  // of Ceres for each of them
+  std::vector<int> candidates_per_round = {10, 2, 1};
+  std::vector<int> iterations = {3, 8, 40};  // of Ceres for each of them
   ParameterTying parameters = ParameterTying::kEntries;
   double prior_sigma = FitOptions().prior_sigma;  // of each log factor about the initial guess
   double initial_damping = TrustRegionOptions().initial_damping;
