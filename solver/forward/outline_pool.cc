@@ -30,6 +30,16 @@ double FromCount(const NumberRange& range, double count) {
   return range.low + (range.high - range.low) * count / kMostCount;
 }
 
+OutlinePool Scaled(OutlinePool pool, double scale) {
+  pool.discs = {.specimen = scale * pool.discs.specimen, .support = scale * pool.discs.support};
+  pool.scale *= scale;
+  for (SpecimenNumbers& numbers : pool.numbers)
+    for (const int length : {kLogBendingLength, kLogStretchLength, kLogStartHeight})
+      numbers[length] += std::log(scale);
+  for (Eigen::VectorXd& radius : pool.radius) radius *= scale;
+  return pool;
+}
+
 uint16_t ToCount(const NumberRange& range, double value) {
   const double share = (value - range.low) / (range.high - range.low);
   return static_cast<uint16_t>(std::lround(kMostCount * std::clamp(share, 0.0, 1.0)));
@@ -109,8 +119,18 @@ const OutlinePool* FindBuiltInPool(const DrapeDiscs& discs) {
       unpacked.push_back(UnpackPool(bytes, "built-in pool"));
     return unpacked;
   }();
-  for (const OutlinePool& pool : pools)
+  constexpr double kSameRatio = 1e-3;
+  static std::mutex mutex;
+  static std::map<std::pair<const OutlinePool*, double>, OutlinePool> scaled;
+  for (const OutlinePool& pool : pools) {
+    const double scale = discs.specimen / pool.discs.specimen;
+    if (std::abs(discs.support / pool.discs.support / scale - 1.0) > kSameRatio) continue;
     if (pool.discs == discs) return &pool;
+    const std::lock_guard lock(mutex);
+    const auto [entry, is_new] = scaled.try_emplace({&pool, scale});
+    if (is_new) entry->second = Scaled(pool, scale);
+    return &entry->second;
+  }
   return nullptr;
 }
 
@@ -153,11 +173,13 @@ PooledLength EstimateBendingLength(const OutlinePool& pool, const Eigen::VectorX
     return lengths.back().first;
   };
   const NumberRange& range = NumberRanges()[kLogBendingLength];
+  const double least = range.low + std::log(pool.scale) + kEdge,
+               most = range.high + std::log(pool.scale) - kEdge;
   const double low = quantile(0.05), high = quantile(0.95);
   return {.low = std::exp(low),
           .median = std::exp(quantile(0.5)),
           .high = std::exp(high),
-          .reaches_least = low<range.low + kEdge, .reaches_most = high> range.high - kEdge,
+          .reaches_least = low<least, .reaches_most = high> most,
           .distance = nearest.front().distance};
 }
 

@@ -18,6 +18,7 @@ struct OutlinePool {
   std::string mesh, setting;  // as DrapePool
   DrapeDiscs discs;
   uint64_t seed = 0;
+  double scale = 1.0;                    // of its lengths, over those of NumberRanges
   std::vector<SpecimenNumbers> numbers;  // to 1/65535 of their ranges
   std::vector<Eigen::VectorXd> radius;   // [m], shape [kPoolAngles]; to kPackedRadius
 
@@ -33,7 +34,9 @@ OutlinePool UnpackPool(std::string_view bytes, const std::string& where);
 
 // The files that are compiled in (solver/forward/pools).
 std::vector<std::string_view> ListBuiltInPools();
-// The one of these discs, unpacked once; nullptr where there is none. For any thread.
+// The one of discs of this ratio, to .1 %, at their size: a drape of a cloth that is s times as
+// large is s times as large itself where its bending length and stretching over weight are. nullptr
+// where there is none. Unpacked and scaled once. For any thread.
 const OutlinePool* FindBuiltInPool(const DrapeDiscs& discs);
 
 // A drape of a pool that is like an outline, turned and mirrored as suits it best.

@@ -133,39 +133,72 @@ TEST(OutlinePool, IntervalsOfBendingLengthsHold) {
   EXPECT_LT(std::exp(0.5 * log_width / tried), 1.35);
 }
 
-// The first drape of the shipped pool, simulated again.
-TEST(OutlinePool, HasTheDrapesOfTheSimulator) {
+// The first drape of the shipped pool, simulated again as large as it was and smaller.
+TEST(OutlinePool, HasTheDrapesOfTheSimulatorAtEachSize) {
   const OutlinePool* pool = FindBuiltInPool(DrapeDiscs());
   ASSERT_NE(pool, nullptr);
   EXPECT_GT(pool->num_drapes(), 15000);
-  for (const double specimen : {0.12, 0.18}) {
-    const OutlinePool* other = FindBuiltInPool({.specimen = specimen, .support = 0.09});
-    ASSERT_NE(other, nullptr) << specimen;
-    EXPECT_GT(other->num_drapes(), 14000);
-    double largest = 0.0;
-    for (const Eigen::VectorXd& radius : other->radius)
-      largest = std::max(largest, radius.maxCoeff());
-    EXPECT_NEAR(largest, specimen, 0.01 * specimen);
-  }
-  EXPECT_EQ(FindBuiltInPool({.specimen = 0.14, .support = 0.09}), nullptr);
   std::optional<PooledSpecimen> specimen;
   for (int i = 0; i < 100 && !specimen; ++i) {
     const PooledSpecimen each = MakePooledSpecimen({}, pool->seed, i);
     if ((each.numbers - pool->numbers[0]).cwiseAbs().maxCoeff() < 1e-4) specimen = each;
   }
   ASSERT_TRUE(specimen);
-  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(pool->mesh), CusickScene(),
-                                                        MakeLaw(LawKind::kSmooth));
-  const std::unique_ptr<Backend> backend = MakeCpuBackend(model, 1);
-  const State start = {ApplyStartShape(model->mesh, DrapeDiscs().support, specimen->start),
-                       Eigen::VectorXd::Zero(model->num_dofs())};
-  const SettledDrape drape = std::move(
-      Settle(*backend, SpecimenMaterial(specimen->numbers), {&start, 1}, PoolOptions().settle)
-          .front());
-  ASSERT_TRUE(drape.IsUsable(SolveMode::kStatic));
-  const DrapeShape seen = ComputeDrapeShape(ObserveSurface(
-      {drape.rest.x, ListTriangles(model->mesh)}, CameraAbove(pool->discs), pool->discs, "drape"));
-  EXPECT_LT((seen.radius - pool->radius[0]).cwiseAbs().maxCoeff(), 1e-4);
+  for (const double scale : {1.0, 0.5}) {
+    const DrapeDiscs discs{.specimen = scale * DrapeDiscs().specimen,
+                           .support = scale * DrapeDiscs().support};
+    const OutlinePool* of_size = FindBuiltInPool(discs);
+    ASSERT_NE(of_size, nullptr);
+    EXPECT_EQ(of_size->discs, discs);
+    const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(pool->mesh, {}, discs),
+                                                          CusickScene({}, discs.support),
+                                                          MakeLaw(LawKind::kSmooth));
+    StartShape shape = specimen->start;
+    for (StartShape::Mode& mode : shape.modes) mode.amplitude_m *= scale;
+    const State start = {ApplyStartShape(model->mesh, discs.support, shape),
+                         Eigen::VectorXd::Zero(model->num_dofs())};
+    SettleOptions settle = PoolOptions().settle;
+    settle.steps.h *= std::sqrt(scale);  // falls are alike in time over the root of the size
+    const SettledDrape drape =
+        std::move(Settle(*MakeCpuBackend(model, 1), SpecimenMaterial(of_size->numbers[0]),
+                         {&start, 1}, settle)
+                      .front());
+    ASSERT_TRUE(drape.IsUsable(SolveMode::kStatic));
+    const DrapeShape seen = ComputeDrapeShape(ObserveSurface(
+        {drape.rest.x, ListTriangles(model->mesh)}, CameraAbove(discs), discs, "drape"));
+    // The springs of the support do not scale with the cloth.
+    EXPECT_LT((seen.radius - of_size->radius[0]).cwiseAbs().maxCoeff(), scale < 1.0 ? 1e-3 : 1e-4)
+        << scale;
+  }
+}
+
+TEST(OutlinePool, ServesAllDiscsOfItsRatio) {
+  for (const auto& [specimen, support] :
+       {std::pair(0.12, 0.09), std::pair(0.18, 0.09), std::pair(0.127, 0.0635)}) {
+    const OutlinePool* pool = FindBuiltInPool({.specimen = specimen, .support = support});
+    ASSERT_NE(pool, nullptr) << specimen;
+    EXPECT_GT(pool->num_drapes(), 14000);
+    double largest = 0.0;
+    for (const Eigen::VectorXd& radius : pool->radius)
+      largest = std::max(largest, radius.maxCoeff());
+    EXPECT_NEAR(largest, specimen, 0.01 * specimen);
+  }
+  EXPECT_EQ(FindBuiltInPool({.specimen = 0.14, .support = 0.09}), nullptr);
+}
+
+// An interval that ends where the drapes of the pool end is open there, at each size.
+TEST(OutlinePool, KnowsTheEndsOfItsRange) {
+  for (const double scale : {1.0, 0.5}) {
+    const OutlinePool* pool = FindBuiltInPool({.specimen = scale * 0.15, .support = scale * 0.09});
+    ASSERT_NE(pool, nullptr);
+    int softest = 0;
+    for (int i = 0; i < pool->num_drapes(); ++i)
+      if (pool->numbers[i][kLogBendingLength] < pool->numbers[softest][kLogBendingLength])
+        softest = i;
+    const PooledLength found = EstimateBendingLength(*pool, pool->radius[softest]);
+    EXPECT_TRUE(found.reaches_least) << scale;
+    EXPECT_FALSE(found.reaches_most) << scale;
+  }
 }
 
 }  // namespace
