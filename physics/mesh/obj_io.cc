@@ -369,7 +369,7 @@ std::vector<std::array<int, 3>> SplitPolygon(const std::vector<Eigen::Vector3d>&
   for (int from = 0; from < n && n <= kMost; ++from)
     if (const double least = least_area(from); least > area)
       std::tie(best, area) = std::pair(from, least);
-  if (!(area >= -kRounding * normal.squaredNorm()))
+  if (n > 4 && !(area >= -kRounding * normal.squaredNorm()))
     throw InputError(where, Format("found a face of %d corners, expected 3, or a polygon of at "
                                    "most %d of which one corner sees all",
                                    n, kMost));

@@ -100,6 +100,73 @@ std::string PlaceText(const Eigen::AlignedBox3d& box) {
   return Format("(%.2f, %.2f, %.2f) m", middle.x(), middle.y(), middle.z());
 }
 
+// Some patterns have their origin in the hips, as SMPL's bodies have.
+constexpr double kBelow = .15;  // no garment begins that far below the soles [m]
+constexpr double kHips = .676;  // of the height: the origin of SMPL's mean body
+
+double LowestCorner(const Pattern& pattern) {
+  double low = HUGE_VAL;
+  for (const Panel& panel : pattern.panels)
+    for (const PatternEdge& edge : panel.outline) low = std::min(low, panel.Place(edge.begin).z());
+  return low;
+}
+
+// Lifts a pattern from the hips that would hang below the body.
+void LiftFromHips(const Eigen::AlignedBox3d& body, const std::string& where, Pattern* pattern) {
+  const double below = body.min().z() - LowestCorner(*pattern), lift = kHips * body.sizes().z();
+  if (below <= kBelow || below - lift > kBelow) return;
+  for (Panel& panel : pattern->panels) panel.placement.pretranslate(Eigen::Vector3d(0, 0, lift));
+  NoteInput(where,
+            Format("the pattern reaches %.2f m below the soles: its origin is taken to be in the "
+                   "hips, %.2f m above them (--body_offset moves the body)",
+                   below, lift));
+}
+
+// The angle between arms and body at which the sleeves wait, or 0. Sleeves are panels that lie on
+// one side of a person of usual height and reach up to the shoulders.
+double GuessArmAngle(const Pattern& pattern) {
+  constexpr double kHeight = 1.7, kSide = .16, kReach = 1.2;  // [m]
+  constexpr double kShoulderX = .17, kShoulderZ = 1.365;      // [m]
+  const double lift = LowestCorner(pattern) < -kBelow ? kHips * kHeight : 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double count = 0;
+  for (const Panel& panel : pattern.panels) {
+    Eigen::AlignedBox3d box;
+    for (const PatternEdge& edge : panel.outline) box.extend(panel.Place(edge.begin));
+    const double inner = std::max(box.min().x(), -box.max().x());
+    if (inner < kSide || box.max().z() + lift < kReach) continue;
+    sum += Eigen::Vector2d(std::abs(box.center().x()), box.center().z() + lift);
+    ++count;
+  }
+  if (count == 0) return 0;
+  const double angle = std::atan2(sum.x() / count - kShoulderX, kShoulderZ - sum.y() / count);
+  return std::clamp(angle, kRestArmAngle, M_PI / 2);
+}
+
+// Why a garment is not worn at the end: of its vertices those that have dropped least hold it. x, v
+// and start: [3V]; motion: of the pelvis since the start, and `speed` its own upwards [m/s].
+std::string WhyNotWorn(const State& now, const Eigen::VectorXd& start,
+                       const Eigen::Isometry3d& motion, double speed) {
+  constexpr double kShare = .02;                 // of the vertices
+  constexpr double kFar = .25, kSome = .1;       // [m]
+  constexpr double kFast = .2;                   // [m/s]
+  std::vector<std::pair<double, double>> drops;  // [m], downwards [m/s]
+  for (Eigen::Index i = 0; i < start.size(); i += 3)
+    drops.emplace_back((motion * start.segment<3>(i)).z() - now.x[i + 2], speed - now.v[i + 2]);
+  std::sort(drops.begin(), drops.end());
+  drops.resize(
+      std::max<size_t>(1, static_cast<size_t>(kShare * static_cast<double>(drops.size()))));
+  double drop = 0, fall = 0;
+  for (const auto& [far, fast] : drops) {
+    drop += far / static_cast<double>(drops.size());
+    fall += fast / static_cast<double>(drops.size());
+  }
+  if (drop > kFar) return Format("the garment has slid down: all of it by %.2f m and more", drop);
+  if (drop > kSome && fall > kFast)
+    return Format("the garment slides down: all of it by %.2f m so far, at %.2f m/s", drop, fall);
+  return "";
+}
+
 void AddFrame(const WornFrame& frame, GarmentRun* run) {
   run->smallest_gap =
       frame.index == 0 ? frame.smallest_gap : std::min(run->smallest_gap, frame.smallest_gap);
@@ -206,7 +273,10 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
+  if (pattern_.arm_angle == 0) pattern_.arm_angle = GuessArmAngle(pattern_);
   body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files);
+  if (body_->num_files() > 0) spec_.body_files = body_->files();
+  LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
   ChooseSteps(&spec_);
@@ -263,17 +333,17 @@ void WearJob::RefuseStart(const State& start, int vertex, const std::string& fou
 void WearJob::CheckStart(const State& start) const {
   const Eigen::AlignedBox3d cloth = BoxAround(start.x), body = BoxAround(body_->Positions(0.0));
   if (!cloth.intersects(body))
-    throw InputError(spec_.garment,
-                     "found a garment about " + PlaceText(cloth) + " and a body about " +
-                         PlaceText(body) +
-                         ", expected them to meet: move one, or set --body_up or --body_scale");
+    throw InputError(spec_.garment, "found a garment about " + PlaceText(cloth) +
+                                        " and a body about " + PlaceText(body) +
+                                        ", expected them to meet: move one, or set --body_offset");
   if (const auto vertex = FindStartPiercing(sewn_, *body_, spec_.wear, start))
     RefuseStart(start, *vertex, "the body passes through",
-                "panels around it: move them apart, or set a smaller --edge");
+                "panels around it: set a smaller --edge, or move them apart");
   if (!spec_.wear.self_contact) return;
   if (const auto faces = FindStartIntersection(sewn_, start))
     RefuseStart(start, model().mesh.faces[faces->first].vertex[0], "passes through itself",
-                "panels that do not: move them apart, or set --self_contact=false");
+                "panels that do not: set a smaller --edge, move them apart, or set "
+                "--self_contact=false");
 }
 
 GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::string& folder,
@@ -312,11 +382,15 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   run.faces = model().mesh.num_faces();
   const Eigen::AlignedBox3d last = BoxAround(at.state.x);
   run.hem_height = last.min().z();
-  if (run.wear.status == WearStatus::kDone &&
-      last.max().z() < BoxAround(body_->Positions(at.frame / kFrameRate)).min().z()) {
-    run.wear.status = WearStatus::kFailed;
-    run.wear.reason = "the garment has dropped off: all of it is below the body";
-  }
+  if (run.wear.status != WearStatus::kDone) return run;
+  const double end = at.frame / kFrameRate, before = end - 1 / kFrameRate;
+  const Eigen::Isometry3d motion = body_->PelvisMotion(end);
+  const Eigen::Vector3d hips = BoxAround(sewn_.start_x).center();
+  const double speed = kFrameRate * (motion * hips - body_->PelvisMotion(before) * hips).z();
+  run.wear.reason = last.max().z() < BoxAround(body_->Positions(end)).min().z()
+                        ? "the garment has dropped off: all of it is below the body"
+                        : WhyNotWorn(at.state, sewn_.start_x, motion, speed);
+  if (!run.wear.reason.empty()) run.wear.status = WearStatus::kFailed;
   return run;
 }
 

@@ -65,7 +65,7 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                        .is_path = true});
   visit(body, Field{.key = "body",
                     .doc = "mannequin:stand, mannequin:walk, mannequin:turn, mannequin:jump, or "
-                           "the files of a body of your own (OBJ, STL, PLY), DIR/body_%04d.obj",
+                           "a body of your own (OBJ, STL, PLY): a file, or DIR/body_%04d.obj",
                     .is_path = true,
                     .words = {"mannequin:"}});
   visit(body_files.frames_per_second, Field{.key = "body_fps",
@@ -73,14 +73,27 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                                             .unit = "1/s",
                                             .least = 1,
                                             .most = 1000});
-  visit(body_files.up, Field{.key = "body_up",
-                             .doc = "axis of those files that points up; y: z is to the front",
-                             .choices = {"z", "y"}});
+  const std::vector<std::string> axes = {"auto", "x", "-x", "y", "-y", "z", "-z"};
+  visit(body_files.up,
+        Field{.key = "body_up",
+              .doc = "axis of those files that points up; auto: guessed and reported",
+              .choices = axes});
+  visit(body_files.front, Field{.key = "body_front",
+                                .doc = "axis to which the body faces; auto: guessed by the toes",
+                                .choices = axes});
   visit(body_files.scale, Field{.key = "body_scale",
-                                .doc = "their unit of length in metres, such as 0.01",
+                                .doc = "their unit of length, such as 0.01; 0: guessed",
                                 .unit = "m",
-                                .least = 1e-4,
+                                .least = 0,
                                 .most = 1});
+  visit(body_files.offset, Field{.key = "body_offset",
+                                 .doc = "moves the body, z up, by x,y,z; not given: its feet to "
+                                        "z = 0, its hips to x = y = 0",
+                                 .unit = "m",
+                                 .least = -1000,
+                                 .most = 1000});
+  visit(body_files.grow,
+        Field{.key = "body_grow", .doc = "the body grows to its size in the first half second"});
   visit(edge, Field{.key = "edge",
                     .doc = "length of the triangles' edges",
                     .unit = "m",
@@ -97,8 +110,8 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                     .least = 0,
                     .most = 1000000000});
   visit(seconds, Field{.key = "seconds",
-                       .doc = "simulated time, including 1.25 s in which the body grows and lowers "
-                              "its arms",
+                       .doc = "simulated time, including 0.5 s in which the body grows, and 0.75 s "
+                              "in which the mannequin lowers its arms",
                        .unit = "s",
                        .least = 0.04,
                        .most = 600,

@@ -78,8 +78,11 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "files: garment.obj and garment.pc2 (its points in 25 frames a second), the same of "
           "the body, summary.json; of several draws each in a folder. drape_report plays them; in "
           "Blender load_in_blender.py (share/drapefit/garment) loads them.\n"
+          "A body of your own stands upright. Axes, unit and place are guessed and reported; a "
+          "surface "
+          "that is open or meets itself is wrapped. A garment that slides off has failed.\n"
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
-          "converge; the frames before it are there\n",
+          "converge, or the garment is not worn at the end; the frames are there\n",
       .options = Concatenate(
           Grouped("garment, body and simulation", spec),
           Grouped("fabric", FieldOptionList(options.fabric)),
@@ -104,7 +107,10 @@ std::string GarmentText(const GarmentResult& result) {
                    100.0 * run.largest_stretch, run.body_intersections, run.self_intersections,
                    100.0 * run.hem_height, run.seconds / std::max(1, run.wear.frames - 1));
   if (result.body_files == 0) return text;
-  text += Format("body: %d files, which last %.2f s", result.body_files, result.body_rests_after);
+  const BodyFiles& files = result.spec.body_files;
+  text += Format("body: %d file%s, which end%s at %.2f s%s", result.body_files,
+                 result.body_files == 1 ? "" : "s", result.body_files == 1 ? "s" : "",
+                 result.body_rests_after, files.grow ? ", of which it grows for 0.50 s" : "");
   const bool rests = result.body_rests_after < result.spec.seconds;
   return text + (rests ? Format("; then it rests until %.2f s\n", result.spec.seconds) : "\n");
 }

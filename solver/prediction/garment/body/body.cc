@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "physics/mesh/scan_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/prediction/garment/body/wrap.h"
 
 namespace drape {
 namespace {
@@ -21,19 +23,30 @@ constexpr double kPelvisBottom = .45, kPelvisTop = .65;  // of the height
 constexpr int kMaxFrames = 100000;
 constexpr double kMaxSpeed = 20;  // of a vertex between two frames [m/s]
 
+constexpr double kLowerSeconds = .75;  // in which the arms come down
+
 Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
 
-// The name with the number in the place of %0Nd or %d.
+// From 0 at s ≤ 0 to 1 at s ≥ 1, with two continuous derivatives.
+double SmoothStep(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (s * (6 * s - 15) + 10);
+}
+
+// The name with the number in the place of %0Nd or %d; without these one file, numbered 0.
 class FrameNames {
  public:
-  explicit FrameNames(const std::string& pattern) {
+  explicit FrameNames(const std::string& pattern) : before_(pattern) {
     const auto fail = [&] {
       throw InputError("body", "found '" + MakePrintableLine(pattern) +
-                                   "', expected a name with one number, such as body_%04d.obj");
+                                   "', expected the name of a file, or a name with one number, "
+                                   "such as body_%04d.obj");
     };
     const size_t percent = pattern.find('%');
-    if (percent == std::string::npos || pattern.find('%', percent + 1) != std::string::npos) fail();
+    if (percent == std::string::npos) return;
+    if (pattern.find('%', percent + 1) != std::string::npos) fail();
     size_t end = percent + 1;
+    digits_ = 1;
     if (pattern[end] == '0' && end + 1 < pattern.size() && std::isdigit(pattern[end + 1])) {
       digits_ = pattern[end + 1] - '0';
       end += 2;
@@ -42,38 +55,25 @@ class FrameNames {
     before_ = pattern.substr(0, percent);
     after_ = pattern.substr(end + 1);
   }
-  std::string Name(int frame) const { return before_ + Format("%0*d", digits_, frame) + after_; }
+  std::string Name(int frame) const {
+    return digits_ == 0 ? before_ : before_ + Format("%0*d", digits_, frame) + after_;
+  }
+  bool is_one() const { return digits_ == 0; }
 
  private:
   std::string before_, after_;
-  int digits_ = 1;
+  int digits_ = 0;
 };
 
-// The surface in metres, with z up.
-ObjSurface ReadFrame(const std::string& path, const BodyFiles& files) {
-  ObjSurface surface = ReadSurface(path);
-  surface.x *= files.scale;
-  if (files.up == "z") return surface;
-  for (Eigen::Index i = 0; i < surface.x.size(); i += 3) {
-    const Vector3d p = surface.x.segment<3>(i);
-    surface.x.segment<3>(i) = Vector3d(p.x(), -p.z(), p.y());
+// What contact takes as it is: closed, with an inside, and not meeting itself.
+bool IsSolid(const ObjSurface& surface, const std::string& path) {
+  try {
+    RequireClosed(surface, path);
+    RequireSolid(surface, path);
+    return true;
+  } catch (const InputError&) {
+    return false;
   }
-  return surface;
-}
-
-// Other programs have other units and axes.
-void CheckUpright(const ObjSurface& body, const std::string& path, const BodyFiles& files) {
-  constexpr double kSmallest = 0.4, kLargest = 2.8;  // of people, arms out [m]
-  constexpr double kDeepest = 1.5, kWidest = 2.0;    // of the height
-  const Vector3d size = Extents(body);
-  CheckUsual(path + Format(": extent, with --body_scale=%g", files.scale), size.maxCoeff(), "m",
-             kSmallest, kLargest);
-  if (size.y() > kDeepest * size.z() || size.x() > kWidest * size.z())
-    throw InputError(
-        path, Format("found a body of %.2f m along x, %.2f m along y and %.2f m "
-                     "along z with --body_up=%s, expected one that is upright along z; "
-                     "try --body_up=%s",
-                     size.x(), size.y(), size.z(), files.up.c_str(), files.up == "z" ? "y" : "z"));
 }
 
 std::string FaceText(const std::array<int, 3>& t) {
@@ -115,14 +115,74 @@ void CheckNoLaterFrame(const FrameNames& names, int end) {
                                             " exists, expected a file of each number");
 }
 
+// The arms of a standing person, which turn about the shoulders for dressing.
+class Arms {
+ public:
+  Arms() = default;
+  // x: the person, facing −y; contracted: its limbs drawn together to their axes (Contract). The
+  // arms turn to `angle` off the body [rad].
+  Arms(const Eigen::VectorXd& x, const Eigen::VectorXd& contracted, double angle) {
+    constexpr double kShoulderHeight = .802, kShoulderWidth = .098;  // of the height, as ours
+    constexpr double kLeast = .05, kOut = .12, kAboveKnees = .38;    // of the height
+    const auto heights = x.reshaped(3, x.size() / 3).row(2);
+    const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
+    share_ = Eigen::VectorXd::Zero(x.size() / 3);
+    for (const int side : {1, -1}) {
+      const Vector3d joint(side * kShoulderWidth * height, 0, low + kShoulderHeight * height);
+      Vector3d tip = joint;
+      for (int i = 0; i < share_.size(); ++i) {
+        const Vector3d p = Vertex(x, i);
+        if (side * p.x() < kOut * height || p.z() < low + kAboveKnees * height) continue;
+        if (across(p - joint).norm() > across(tip - joint).norm()) tip = p;
+      }
+      const Vector3d along = across(tip - joint).normalized();
+      if (across(tip - joint).norm() < 3 * kLeast * height) continue;
+      joint_[side < 0] = joint;
+      turn_[side < 0] = side * (std::atan2(side * along.x(), -along.z()) - angle);
+      for (int i = 0; i < share_.size(); ++i) {
+        const Vector3d p = across(Vertex(contracted, i) - joint);
+        const double far = p.dot(along), off = (p - far * along).norm();
+        const double share = SmoothStep(far / (kLeast * height)) *
+                             (1 - SmoothStep((off / height - kLeast / 2) / kLeast));
+        if (share > std::abs(share_[i])) share_[i] = side * share;
+      }
+    }
+  }
+  // Turns the arms of x by a share of their way.
+  void Turn(double share, Eigen::VectorXd& x) const {
+    for (int i = 0; i < share_.size(); ++i) {
+      const int side = share_[i] < 0;
+      const Eigen::AngleAxisd turn(share * std::abs(share_[i]) * turn_[side], Vector3d::UnitY());
+      x.segment<3>(3 * i) = joint_[side] + turn * (Vertex(x, i) - joint_[side]);
+    }
+  }
+
+ private:
+  static Vector3d across(const Vector3d& p) { return {p.x(), 0, p.z()}; }
+
+  Eigen::VectorXd share_;  // of the turn, of each vertex; negative: of the right arm
+  std::array<Vector3d, 2> joint_ = {Vector3d::Zero(), Vector3d::Zero()};
+  std::array<double, 2> turn_ = {};  // about y [rad]
+};
+
 class BodySequence : public Body {
  public:
-  BodySequence(Triangles triangles, std::vector<Eigen::VectorXd> frames, double frames_per_second)
+  BodySequence(Triangles triangles, std::vector<Eigen::VectorXd> frames, const BodyFiles& files,
+               double arm_angle)
       : Body(std::move(triangles), static_cast<int>(frames[0].size() / 3)),
-        frames_(std::move(frames)),
-        frames_per_second_(frames_per_second) {
+        frames_(std::move(frames)) {
+    files_ = files;
     num_files_ = static_cast<int>(frames_.size());
-    rests_after_ = (num_files_ - 1) / frames_per_second_;
+    if (files.grow) {
+      start_ = kGrowSeconds;
+      const Eigen::VectorXd contracted = Contract({frames_[0], this->triangles()}, kLimb);
+      shrunk_ = kContracted * (contracted - frames_[0]);
+      if (arm_angle > 0) {
+        arms_ = Arms(frames_[0], contracted, arm_angle);
+        start_ += kLowerSeconds;
+      }
+    }
+    rests_after_ = start_ + (num_files_ - 1) / files_.frames_per_second;
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int i = 0; i < num_vertices(); ++i) {
       low = std::min(low, frames_[0][3 * i + 2]);
@@ -139,16 +199,14 @@ class BodySequence : public Body {
   }
 
   Eigen::VectorXd Positions(double t) const override {
-    const double last = static_cast<double>(frames_.size()) - 1;
-    const double place = std::clamp(t * frames_per_second_, 0.0, last);
-    const size_t frame = std::min(static_cast<size_t>(place), frames_.size() - 1);
-    if (frame + 1 == frames_.size()) return frames_[frame];
-    const double share = place - static_cast<double>(frame);
-    return (1 - share) * frames_[frame] + share * frames_[frame + 1];
+    if (t >= start_) return Grown(t);
+    Eigen::VectorXd x = frames_[0] + (1 - SmoothStep(t / kGrowSeconds)) * shrunk_;
+    arms_.Turn(1 - SmoothStep((t - kGrowSeconds) / kLowerSeconds), x);
+    return x;
   }
 
   Eigen::Isometry3d PelvisMotion(double t) const override {
-    const Eigen::VectorXd x = Positions(t);
+    const Eigen::VectorXd x = Grown(t);
     Eigen::Matrix3Xd from(3, pelvis_.size()), to(3, pelvis_.size());
     for (size_t k = 0; k < pelvis_.size(); ++k) {
       from.col(k) = Vertex(frames_[0], pelvis_[k]);
@@ -158,14 +216,30 @@ class BodySequence : public Body {
   }
 
  private:
+  // Of its size from the beginning.
+  Eigen::VectorXd Grown(double t) const {
+    const double last = static_cast<double>(frames_.size()) - 1;
+    const double place = std::clamp((t - start_) * files_.frames_per_second, 0.0, last);
+    const size_t frame = std::min(static_cast<size_t>(place), frames_.size() - 1);
+    if (frame + 1 == frames_.size()) return frames_[frame];
+    const double share = place - static_cast<double>(frame);
+    return (1 - share) * frames_[frame] + share * frames_[frame + 1];
+  }
+
+  // Seen from the hips a limb of this radius is drawn together by half [m].
+  static constexpr double kLimb = .17, kContracted = .75;
+
   std::vector<Eigen::VectorXd> frames_;
-  double frames_per_second_;
+  double start_ = 0;  // of the motion [s]
+  Arms arms_;
+  Eigen::VectorXd shrunk_;  // how far the vertices are off at t = 0 [m]
   std::vector<int> pelvis_;
 };
 
 }  // namespace
 
-std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files) {
+std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files,
+                                       double arm_angle) {
   const double frames_per_second = files.frames_per_second;
   if (!(frames_per_second >= 1 && frames_per_second <= 1e5))
     throw InputError("body",
@@ -173,26 +247,41 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   const FrameNames names(name_pattern);
   const int start = std::filesystem::exists(names.Name(0)) ? 0 : 1;
   const std::string first_path = names.Name(start);
-  const ObjSurface first = ReadFrame(first_path, files);
-  RequireClosed(first, first_path);
-  RequireSolid(first, first_path);
-  CheckUpright(first, first_path, files);
-  std::vector<Eigen::VectorXd> frames = {first.x};
-  for (int k = start + 1; k < kMaxFrames && std::filesystem::exists(names.Name(k)); ++k) {
-    const std::string path = names.Name(k);
-    ObjSurface next = ReadFrame(path, files);
-    CheckSameFaces(next, first, path, first_path);
-    CheckSpeed(frames.back(), next.x, frames_per_second, path, names.Name(k - 1));
-    RequireSolid(next, path);
-    frames.push_back(std::move(next.x));
+  ObjSurface first = ReadSurface(first_path);
+  const BodyFiles found = FindStance(first, files, first_path);
+  Stand(found, first);
+  ObjSurface body = first;
+  std::optional<Follower> wrap;
+  if (!IsSolid(first, first_path)) {
+    body = Wrap(first);
+    wrap.emplace(first, body.x);
+    NoteInput(first_path,
+              Format("the surface is open, inside out, or meets itself: the cloth meets a wrap, "
+                     "%g mm outside of it and over clefts of less than %g mm",
+                     1e3 * kWrapOffset, 2e3 * kWrapGap));
   }
-  CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
-  return std::make_unique<BodySequence>(first.triangles, std::move(frames), frames_per_second);
+  std::vector<Eigen::VectorXd> frames = {body.x};
+  Eigen::VectorXd before = first.x;
+  for (int k = start + 1;
+       k < kMaxFrames && !names.is_one() && std::filesystem::exists(names.Name(k)); ++k) {
+    const std::string path = names.Name(k);
+    ObjSurface next = ReadSurface(path);
+    Stand(found, next);
+    CheckSameFaces(next, first, path, first_path);
+    CheckSpeed(before, next.x, frames_per_second, path, names.Name(k - 1));
+    before = next.x;
+    frames.push_back(wrap ? wrap->At(next.x) : next.x);
+    if (!IsSolid({frames.back(), body.triangles}, path))
+      NoteInput(path, "the body meets itself from here on: it may pinch cloth");
+  }
+  if (!names.is_one()) CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
+  return std::make_unique<BodySequence>(std::move(body.triangles), std::move(frames), found,
+                                        arm_angle);
 }
 
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files) {
   constexpr char kMannequin[] = "mannequin:";
-  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, files);
+  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, files, arm_angle);
   const auto kind =
       ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
   return std::make_unique<Mannequin>(kind, arm_angle);
@@ -395,16 +484,10 @@ Vector3d NearestOnAxis(const BoneShape& bone, const Vector3d& point) {
   return bone.begin + std::clamp(share, 0.0, 1.0) * axis;
 }
 
-constexpr double kGrowSeconds = .5, kLowerSeconds = .75, kRampSeconds = .5;
+constexpr double kRampSeconds = .5;
 constexpr double kLeastRadiusScale = .5;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTurn = 2 * std::numbers::pi;
-
-// From 0 at s ≤ 0 to 1 at s ≥ 1, with two continuous derivatives.
-double SmoothStep(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (s * (6 * s - 15) + 10);
-}
 
 // Each motion at the time t since it set in, with its amplitude a.
 Pose Stand(double t, double a) {
@@ -489,7 +572,7 @@ std::vector<std::array<int, 3>> RestTriangles() {
 Mannequin::Mannequin(MotionKind kind, double arm_angle)
     : Body(RestTriangles(), static_cast<int>(RestMesh().v.size())),
       kind_(kind),
-      lift_(arm_angle - kRestArmAngle) {
+      lift_(arm_angle == 0 ? 0 : arm_angle - kRestArmAngle) {
   if (!(lift_ >= -1e-9 && arm_angle <= std::numbers::pi / 2 + 1e-9))
     throw InputError("arms", Format("%g° off the body, expected 25° … 90°", arm_angle / kDegree));
   start_ = kGrowSeconds + (lift_ > 1e-9 ? kLowerSeconds : 0);

@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "physics/util/options/field.h"
+#include "solver/prediction/garment/body/stance.h"
 
 namespace drape {
+
+inline constexpr double kGrowSeconds = .5;  // in which a body grows to its size [s]
 
 // A moving body that wears a garment: a closed surface of triangles that stay the same while their
 // vertices move. z is up, the body faces −y, and its left is +x.
@@ -21,8 +24,10 @@ class Body {
   // Counter-clockwise as seen from outside.
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
   int num_vertices() const { return num_vertices_; }
-  // The number of files of a user's body, and the time of the last one [s]; else 0.
+  // The number of files of a user's body, how they were meant, and the time of the last one [s];
+  // of the mannequin 0.
   int num_files() const { return num_files_; }
+  const BodyFiles& files() const { return files_; }
   double rests_after() const { return rests_after_; }
 
   // Positions of the vertices [m], shape [3B], at time t ≥ 0 [s]. Continuous in t.
@@ -36,6 +41,7 @@ class Body {
       : triangles_(std::move(triangles)), num_vertices_(num_vertices) {}
 
   int num_files_ = 0;
+  BodyFiles files_ = {};
   double rests_after_ = 0.0;
 
  private:
@@ -43,29 +49,25 @@ class Body {
   int num_vertices_;
 };
 
-// How the files of a body are meant.
-struct BodyFiles {
-  double frames_per_second = 30;
-  std::string up = "z";  // the axis that points up; "y": then z is to the front
-  double scale = 1;      // the unit of length [m]
-};
-
-// Reads a user's body: the files (ReadSurface) whose names follow from a pattern such as
-// "body_%04d.obj", numbered from 0 or 1 to the last without a gap, with the same faces in all.
-// Vertices move linearly from frame to frame and rest after the last. The pelvis is the part of the
-// body between 45 % and 65 % of its height in the first frame; its motion is the rigid motion that
-// fits that of these vertices best.
+// Reads a user's body: one file (ReadSurface), or those whose names follow from a pattern such as
+// "body_%04d.obj", numbered from 0 or 1 to the last without a gap, with the same faces in all; as
+// FindStance finds that they are meant. A surface that is open, inside out, or meets itself, is
+// wrapped with a note, and the wrap moves along (Wrap, Follower); a body that meets itself in a
+// later frame is noted. For the first half second the body grows to its size (Contract), unless
+// files.grow is false; where arm_angle > 0, its arms are turned to that angle off the body [rad],
+// and go back to their place in the next 0.75 s. Then vertices move linearly from frame to frame,
+// and rest after the last. The pelvis is the part of the body between 45 % and 65 % of its height
+// in the first frame; its motion is the rigid motion that fits that of these vertices best.
 //
-// Throws InputError for a name without one %0Nd, for fewer than one frame per second, and, naming
-// file and place, for a missing file, a file that ReadSurface refuses, an extent that another unit
-// would make that of a person (CheckUsual), a body that is not upright, a surface that is not
-// closed, whose faces are clockwise as seen from outside, or that intersects itself, faces or
-// vertices that differ from those of the first frame, and a vertex that moves faster than 20 m/s.
-std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files);
+// Throws InputError for a name with more than one number, for fewer than one frame per second, and,
+// naming file and place, for a missing file, a file that ReadSurface or FindStance refuses, faces
+// or vertices that differ from those of the first frame, and a vertex faster than 20 m/s.
+std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files,
+                                       double arm_angle = 0);
 
-// Makes the body that a user names: "mannequin:walk" (or any other MotionKind), with the arms
-// lifted to arm_angle for dressing [rad], or the names of files, "DIR/body_%04d.obj". Throws
-// InputError for another motion, and as Mannequin and ReadBodySequence do.
+// Makes the body that a user names: "mannequin:walk" (or any other MotionKind), or the names of
+// files, "DIR/body_%04d.obj", with the arms turned to arm_angle for dressing [rad]; 0: as they are.
+// Throws InputError for another motion, and as Mannequin and ReadBodySequence do.
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
                                 const BodyFiles& files = {});
 
@@ -103,8 +105,8 @@ struct Pose {
 // 49.6 to 50.4; no vertex is faster than 4.7 m/s (the feet in the walk).
 class Mannequin : public Body {
  public:
-  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°. Throws InputError
-  // (prefix "arms") for others.
+  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: 25°. Throws
+  // InputError (prefix "arms") for others.
   explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle);
 
   Eigen::VectorXd Positions(double t) const override;

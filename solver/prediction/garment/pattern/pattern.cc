@@ -557,7 +557,6 @@ Pattern ReadPattern(const std::string& path) {
   if (!input.Has("format") && !input.Has("pattern"))
     input.Fail("a garment (keys format, version, panels) or a GarmentCode pattern (key pattern)");
   Pattern pattern = input.Has("format") ? ReadOwnFormat(input) : ReadGarmentCode(input);
-  if (pattern.arm_angle == 0) pattern.arm_angle = kLeastArm * kOneDegree;
   const PatternProblem problem = FindProblem(pattern);
   if (!problem.key.empty()) {
     const std::string prefix = input.Has("format") ? "" : "pattern.";

@@ -77,7 +77,7 @@ struct Pattern {
   std::vector<Panel> panels;
   std::vector<Stitch> stitches;
   std::vector<Ring> rings;
-  double arm_angle = 0;  // between the arms and the body for dressing [rad]
+  double arm_angle = 0;  // between the arms and the body for dressing [rad]; 0: not stated
 };
 
 // What is wrong with a pattern, with the place in it, such as "panels.front": two edges that cross

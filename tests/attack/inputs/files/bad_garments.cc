@@ -108,8 +108,8 @@ std::vector<BadFile> MakeBadBodies(const std::string& valid) {
   outside += "f 1 2 999\n";
   return {{"empty", ""},
           {"no faces", good.substr(0, good.find('f'))},
-          {"not closed", open},
-          {"a face twice", twice},
+          {"not closed", open, false},
+          {"a face twice", twice, false},
           {"a vertex that there is not", outside},
           {"not a number", "v nan 0 0\n" + faces},
           {"infinite", "v 1e999 0 0\n" + faces},

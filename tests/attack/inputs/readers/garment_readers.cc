@@ -31,7 +31,8 @@ std::string ReadAndSew(const std::string& path) {
 }
 
 std::string ReadBody(const std::string& folder) {
-  const auto body = ReadBodySequence(folder + "/body_%04d.obj", {});
+  const BodyFiles as_it_is = {.up = "z", .front = "-y", .scale = 1, .offset = {0, 0, 0}};
+  const auto body = ReadBodySequence(folder + "/body_%04d.obj", as_it_is);
   return body->Positions(0.0).allFinite() && body->Positions(0.02).allFinite()
              ? ""
              : "read a body that is not finite";

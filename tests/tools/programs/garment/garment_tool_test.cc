@@ -142,24 +142,35 @@ TEST_F(GarmentTool, BadInputIsOneLine) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
-// A body of thin rods beside the garment, or too thin to hold it.
+// A body that is a thin rod beside the garment, or too thin to hold it.
 TEST_F(GarmentTool, ABodyHasToMeetAndHoldTheGarment) {
-  const auto write = [&](double x, double z) {
+  const auto write = [&](double x, double z, double length) {
     test::ClosedMesh rod = test::MakeBall(1.0, 2);
-    rod.x = (Eigen::Vector3d(0.02, 0.02, 0.3).asDiagonal() * rod.x).colwise() +
+    rod.x = (Eigen::Vector3d(0.02, 0.02, 0.5 * length).asDiagonal() * rod.x).colwise() +
             Eigen::Vector3d(x, 0.0, z);
     WriteObj(Path("body_0000.obj"), ObjSurface{rod.x.reshaped(), rod.triangles});
   };
   const std::vector<std::string> options = {"--out=" + Path("out"), "--fabric=" + kFabric,
                                             "--body=" + Path("body_%04d.obj"), "--seconds=0.52",
                                             "--garment=" + kDress};
-  write(2.0, 1.1);
-  ExpectOneLineError(Dress(options), "and a body about (2.00, ");
-  write(0.0, 1.3);
-  const ProcessResult result = Dress(options);
-  EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, testing::HasSubstr("has dropped off: all of it is below the body"));
-  EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("status"), "failed");
+  std::vector<std::string> stated = options;
+  for (const char* option : {"--body_up=z", "--body_scale=1", "--body_offset=0,0,0"})
+    stated.emplace_back(option);
+  write(2.0, 1.1, 0.6);
+  ExpectOneLineError(Dress(options), "are not those of a standing person");
+  ExpectOneLineError(Dress(stated), "and a body about (2.00, ");
+  const auto expect_failure = [&](const std::string& why) {
+    const ProcessResult result = Dress(stated);
+    EXPECT_EQ(result.exit_code, 3) << result.err;
+    EXPECT_THAT(result.err, testing::HasSubstr(why));
+    const Json summary = ReadJsonFile(Path("out/summary.json"));
+    EXPECT_EQ(summary.at("status"), "failed");
+    EXPECT_EQ(summary.at("body_front"), "-y");
+  };
+  write(0.0, 1.3, 0.6);
+  expect_failure("has dropped off: all of it is below the body");
+  write(0.0, 0.8, 2.6);
+  expect_failure("has slid down: all of it by ");
 }
 
 // A thin rod that passes through a face of the skirt: to get out, the cloth would have to part.
@@ -169,7 +180,8 @@ TEST_F(GarmentTool, ABodyThatPassesThroughTheClothIsRefused) {
           Eigen::Vector3d(0.3, 0.0, 1.1);
   WriteObj(Path("body_0000.obj"), ObjSurface{rod.x.reshaped(), rod.triangles});
   ExpectOneLineError(
-      Dress({"--out=" + Path("out"), "--fabric=" + kFabric, "--body=" + Path("body_%04d.obj")}),
+      Dress({"--out=" + Path("out"), "--fabric=" + kFabric, "--body=" + Path("body_%04d.obj"),
+             "--body_up=z", "--body_scale=1", "--body_offset=0,0,0"}),
       "the body passes through");
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
 }

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "physics/mesh/obj_io.h"
+
+namespace drape {
+
+inline constexpr double kWrapGap = .02, kWrapOffset = .002;  // [m]
+
+// A closed surface without self-intersections around any triangles [Portaneri 2022]: kWrapOffset
+// outside of them, over every cleft into which no ball of radius kWrapGap fits. Holes are closed
+// before. x within 10 m.
+ObjSurface Wrap(const ObjSurface& surface);
+
+// Carries points along with a surface: each moves with the triangle that is nearest to it at first.
+class Follower {
+ public:
+  // points: [m], shape [3N].
+  Follower(const ObjSurface& surface, const Eigen::VectorXd& points);
+  // The points, shape [3N], when the vertices of the surface are at x, shape [3V] [m].
+  Eigen::VectorXd At(const Eigen::VectorXd& x) const;
+
+ private:
+  std::vector<std::array<int, 3>> triangles_;  // of each point
+  Eigen::Matrix3Xd place_;                     // in the frame of its triangle
+};
+
+// The vertices of a closed surface after one implicit step of its mean curvature flow [Desbrun
+// 1999], which draws limbs of a radius below `length` [m] together to their axes: shape [3V].
+Eigen::VectorXd Contract(const ObjSurface& surface, double length);
+
+}  // namespace drape
