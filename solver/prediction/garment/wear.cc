@@ -91,9 +91,11 @@ void PushOutFurther(Contact contact, const FurtherSkin& further, Eigen::VectorXd
 // Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
 // length, as in position-based dynamics [Müller 2007], while held vertices stay and the body is
 // kept out. What stretch is left the first steps take.
+// Around limbs that are drawn together to their axes no edge moves cloth by more than `most` [m] in
+// a sweep, which would carry it across them.
 void DrawTogether(const SewnGarment& garment, const Contact& contact, const FurtherSkin& further,
-                  int sweeps, Eigen::VectorXd& x) {
-  constexpr int kSweepsToPush = 5;
+                  int sweeps, double most, Eigen::VectorXd& x) {
+  const int sweeps_to_push = most < HUGE_VAL ? 1 : 5;
   constexpr double kShare = 0.5;  // of what an edge is too long or too short
   std::vector<bool> held(x.size() / 3, false);
   for (const int i : garment.held_by_pelvis) held[i] = true;
@@ -105,15 +107,18 @@ void DrawTogether(const SewnGarment& garment, const Contact& contact, const Furt
       const Eigen::Vector3d side = x.segment<3>(3 * b) - x.segment<3>(3 * a);
       const double now = side.norm();
       if (!(now > 0.0)) continue;
-      const Eigen::Vector3d change = kShare * (1.0 - edge.rest_length / now) * side;
+      const double longer = std::clamp(kShare * (now - edge.rest_length), -most, most);
+      const Eigen::Vector3d change = longer / now * side;
       const double of_a = held[a] ? 0.0 : held[b] ? 1.0 : 0.5;
       x.segment<3>(3 * a) += of_a * change;
       x.segment<3>(3 * b) -= (1.0 - of_a) * change;
     }
-    if (sweep % kSweepsToPush == 0) PushOutFurther(contact, further, x);
+    if (sweep % sweeps_to_push == 0) PushOutFurther(contact, further, x);
   }
   PushOutFurther(contact, further, x);
 }
+
+double MostMove(const Body& body) { return body.weightless_until() > 0.0 ? 0.004 : HUGE_VAL; }
 
 // The vertices of faces of the cloth that meet the body or are not further off than half of the
 // thickness.
@@ -142,7 +147,34 @@ void ClearBody(const SewnGarment& garment, const Contact& contact, const Body& b
     const std::set<int> near = FindTooNear(garment.model->mesh, contact, body, x);
     if (near.empty()) return;
     for (const int i : near) further[i] += kMore;
-    DrawTogether(garment, contact, further, kSweeps, x);
+    DrawTogether(garment, contact, further, kSweeps, MostMove(body), x);
+  }
+}
+
+// Smooths the cloth where it passes through itself, and in each round further around: each vertex
+// goes to the middle of its neighbours.
+void Untangle(const SewnGarment& garment, const Contact& contact, Eigen::VectorXd& x) {
+  constexpr int kMostRounds = 40, kMost = 1000;
+  const std::vector<std::array<int, 3>> triangles = ListTriangles(garment.model->mesh);
+  std::vector<std::set<int>> near(x.size() / 3);
+  for (const std::array<int, 3>& t : triangles)
+    for (const int i : t) near[i].insert(t.begin(), t.end());
+  std::set<int> tangled;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto found = FindSelfIntersections(triangles, x, kMost);
+    if (found.empty()) return;
+    for (const int i : std::set<int>(tangled)) tangled.insert(near[i].begin(), near[i].end());
+    for (const auto& [one, other] : found)
+      for (const int face : {one, other})
+        tangled.insert(triangles[face].begin(), triangles[face].end());
+    for (const int i : garment.held_by_pelvis) tangled.erase(i);
+    for (const int i : tangled) {
+      Eigen::VectorXd middle = Eigen::Vector3d::Zero();
+      for (const int k : near[i])
+        middle += x.segment<3>(3 * k) / static_cast<double>(near[i].size());
+      PushOut(contact, middle);
+      x.segment<3>(3 * i) = middle;
+    }
   }
 }
 
@@ -174,6 +206,11 @@ class Wearing {
       options_.euler.self_contact = Contact{.thickness = options_.thickness};
       options_.euler.self_friction = options_.self_friction;
     }
+    if (body.weightless_until() > 0.0) {
+      auto weightless = std::make_shared<ClothModel>(*garment.model);
+      weightless->scene.gravity.reset();
+      weightless_ = std::move(weightless);
+    }
     if (options_.euler.linear_solver == nullptr)
       options_.euler.linear_solver = MakeLinearSolver(garment.model->pattern);
   }
@@ -183,6 +220,8 @@ class Wearing {
   std::string NextFrame(int index, State& state, int* newton_steps) {
     euler_.reset();  // its pattern depends on earlier contact: a run that is resumed has the same
                      // bits
+    const double from = (index - 1) * options_.steps_per_frame * options_.h;
+    model_ = from < body_.weightless_until() ? weightless_ : garment_.model;
     for (int step = 0; step < options_.steps_per_frame; ++step) {
       const int number = (index - 1) * options_.steps_per_frame + step;
       const double begin = number * options_.h;
@@ -237,7 +276,7 @@ class Wearing {
 
   bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
     if (euler_ == nullptr || h != euler_h_)
-      euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, options_.euler);
+      euler_ = std::make_unique<ImplicitEuler>(model_, material_, h, options_.euler);
     euler_h_ = h;
     for (int k = 0; k < count; ++k) {
       const double before = begin + k * h, now = before + h;
@@ -254,6 +293,7 @@ class Wearing {
   const Body& body_;
   WearOptions options_;
   std::vector<std::array<int, 3>> triangles_;
+  std::shared_ptr<const ClothModel> weightless_, model_;  // while it is dressed; of this frame
   std::unique_ptr<ImplicitEuler> euler_;
   double euler_h_ = 0.0;
   IntegratorStatus status_ = IntegratorStatus::kOk;
@@ -266,13 +306,14 @@ State StartToWear(const SewnGarment& garment, const Body& body, const WearOption
   const Contact contact = BodyContact(body, options, 0.0, 0.0);
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
   constexpr int kSweeps = 1000;
-  DrawTogether(garment, contact, {}, kSweeps, state.x);
+  DrawTogether(garment, contact, {}, kSweeps, MostMove(body), state.x);
   if (options.start_noise > 0.0) {
     std::mt19937_64 random(seed);
     for (double& part : state.x) part += options.start_noise * SampleNormal(random);
     PushOut(contact, state.x);
   }
   ClearBody(garment, contact, body, state.x);
+  if (options.self_contact) Untangle(garment, contact, state.x);
   return state;
 }
 

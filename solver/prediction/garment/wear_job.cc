@@ -128,19 +128,23 @@ double GuessArmAngle(const Pattern& pattern) {
   constexpr double kHeight = 1.7, kSide = .16, kReach = 1.2;  // [m]
   constexpr double kShoulderX = .17, kShoulderZ = 1.365;      // [m]
   const double lift = LowestCorner(pattern) < -kBelow ? kHips * kHeight : 0;
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  double count = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();  // of the two corners of each cuff
   for (const Panel& panel : pattern.panels) {
     Eigen::AlignedBox3d box;
-    for (const PatternEdge& edge : panel.outline) box.extend(panel.Place(edge.begin));
+    std::vector<Eigen::Vector2d> corners;  // from the shoulder
+    for (const PatternEdge& edge : panel.outline) {
+      const Eigen::Vector3d p = panel.Place(edge.begin) + Eigen::Vector3d(0, 0, lift);
+      box.extend(p);
+      corners.emplace_back(std::abs(p.x()) - kShoulderX, p.z() - kShoulderZ);
+    }
     const double inner = std::max(box.min().x(), -box.max().x());
-    if (inner < kSide || box.max().z() + lift < kReach) continue;
-    sum += Eigen::Vector2d(std::abs(box.center().x()), box.center().z() + lift);
-    ++count;
+    if (inner < kSide || box.max().z() < kReach) continue;
+    std::sort(corners.begin(), corners.end(),
+              [](const auto& a, const auto& b) { return a.norm() > b.norm(); });
+    sum += corners[0] + corners[1];
   }
-  if (count == 0) return 0;
-  const double angle = std::atan2(sum.x() / count - kShoulderX, kShoulderZ - sum.y() / count);
-  return std::clamp(angle, kRestArmAngle, M_PI / 2);
+  if (sum.isZero()) return 0;
+  return std::clamp(std::atan2(sum.x(), -sum.y()), kRestArmAngle, M_PI / 2);
 }
 
 // Why a garment is not worn at the end: of its vertices those that have dropped least hold it. x, v
@@ -273,8 +277,9 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
-  if (pattern_.arm_angle == 0) pattern_.arm_angle = GuessArmAngle(pattern_);
-  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files);
+  const bool of_others = pattern_.arm_angle == 0;
+  if (of_others) pattern_.arm_angle = GuessArmAngle(pattern_);
+  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files, of_others);
   if (body_->num_files() > 0) spec_.body_files = body_->files();
   LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
@@ -326,7 +331,7 @@ void WearJob::RefuseStart(const State& start, int vertex, const std::string& fou
   throw InputError(spec_.garment,
                    Format("found cloth that %s before the first step, near (%.1f, %.1f, %.1f) cm, ",
                           found.c_str(), place.x(), place.y(), place.z()) +
-                       VertexText(vertex) + ", expected " + expected);
+                       VertexText(vertex) + ", expected " + expected + "; see body.obj");
 }
 
 // Contact keeps cloth out of itself and the body out of cloth, but takes neither out.
@@ -358,9 +363,9 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   } else {
     at.state = StartToWear(sewn_, *body_, spec_.wear,
                            SeedOfStream(static_cast<uint64_t>(spec_.seed), draw));
-    CheckStart(at.state);
     WriteObj(folder + "/garment.obj", garment_.mesh, Unsewn(at.state.x));
     WriteObj(folder + "/body.obj", ObjSurface{body_->Positions(0.0), body_->triangles()});
+    CheckStart(at.state);
   }
   GeometryCacheWriter cloth(folder + "/garment.pc2", garment_.mesh.num_vertices(), at.frame + 1);
   GeometryCacheWriter body(folder + "/body.pc2", body_->num_vertices(), at.frame + 1);

@@ -78,9 +78,8 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "files: garment.obj and garment.pc2 (its points in 25 frames a second), the same of "
           "the body, summary.json; of several draws each in a folder. drape_report plays them; in "
           "Blender load_in_blender.py (share/drapefit/garment) loads them.\n"
-          "A body of your own stands upright. Axes, unit and place are guessed and reported; a "
-          "surface "
-          "that is open or meets itself is wrapped. A garment that slides off has failed.\n"
+          "A body of your own stands upright. Axes, unit and place are guessed and reported. "
+          "An open surface is wrapped. A garment that slides off has failed.\n"
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
           "converge, or the garment is not worn at the end; the frames are there\n",
       .options = Concatenate(

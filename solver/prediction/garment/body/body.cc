@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "physics/mesh/scan_io.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/prediction/garment/body/wrap.h"
@@ -65,15 +66,21 @@ class FrameNames {
   int digits_ = 0;
 };
 
-// What contact takes as it is: closed, with an inside, and not meeting itself.
-bool IsSolid(const ObjSurface& surface, const std::string& path) {
+// Where faces of a surface meet, for a note: empty where none do, and nothing where contact cannot
+// take the surface, which is open or has a face without an area.
+std::optional<std::string> FindMeetings(const ObjSurface& surface, const std::string& path) {
   try {
     RequireClosed(surface, path);
-    RequireSolid(surface, path);
-    return true;
   } catch (const InputError&) {
-    return false;
+    return std::nullopt;
   }
+  const auto found = FindSelfIntersections(surface.triangles, surface.x, 1 << 20);
+  for (const auto& [one, other] : found)
+    if (one == other) return std::nullopt;
+  if (found.empty()) return "";
+  const Vector3d place = Vertex(surface.x, surface.triangles[found[0].first][0]);
+  return Format("%zu pairs of faces meet, one of them near (%.2f, %.2f, %.2f) m", found.size(),
+                place.x(), place.y(), place.z());
 }
 
 std::string FaceText(const std::array<int, 3>& t) {
@@ -165,6 +172,20 @@ class Arms {
   std::array<double, 2> turn_ = {};  // about y [rad]
 };
 
+// How far the vertices of a body are off when it begins to grow [m]: towards its limbs' axes. Legs
+// are not drawn up or down, as the crotch would come down between them.
+Eigen::VectorXd Shrunk(const Eigen::VectorXd& x, const Eigen::VectorXd& contracted) {
+  constexpr double kShare = .75, kHips = .5, kChest = .65;  // of the way; of the height
+  Eigen::VectorXd shrunk = kShare * (contracted - x);
+  const auto heights = x.reshaped(3, x.size() / 3).row(2);
+  const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
+  for (Eigen::Index i = 2; i < x.size(); i += 3)
+    shrunk[i] *= SmoothStep(((x[i] - low) / height - kHips) / (kChest - kHips));
+  return shrunk;
+}
+// A limb of this radius is drawn together to half of it or less [m].
+constexpr double kLimb = .17;
+
 class BodySequence : public Body {
  public:
   BodySequence(Triangles triangles, std::vector<Eigen::VectorXd> frames, const BodyFiles& files,
@@ -174,9 +195,9 @@ class BodySequence : public Body {
     files_ = files;
     num_files_ = static_cast<int>(frames_.size());
     if (files.grow) {
-      start_ = kGrowSeconds;
+      start_ = weightless_until_ = kGrowSeconds;
       const Eigen::VectorXd contracted = Contract({frames_[0], this->triangles()}, kLimb);
-      shrunk_ = kContracted * (contracted - frames_[0]);
+      shrunk_ = Shrunk(frames_[0], contracted);
       if (arm_angle > 0) {
         arms_ = Arms(frames_[0], contracted, arm_angle);
         start_ += kLowerSeconds;
@@ -226,9 +247,6 @@ class BodySequence : public Body {
     return (1 - share) * frames_[frame] + share * frames_[frame + 1];
   }
 
-  // Seen from the hips a limb of this radius is drawn together by half [m].
-  static constexpr double kLimb = .17, kContracted = .75;
-
   std::vector<Eigen::VectorXd> frames_;
   double start_ = 0;  // of the motion [s]
   Arms arms_;
@@ -250,15 +268,23 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   ObjSurface first = ReadSurface(first_path);
   const BodyFiles found = FindStance(first, files, first_path);
   Stand(found, first);
+  double volume = 0;
+  for (const auto& t : first.triangles)
+    volume += Vertex(first.x, t[0]).dot(Vertex(first.x, t[1]).cross(Vertex(first.x, t[2])));
   ObjSurface body = first;
+  if (volume < 0)
+    for (auto& t : body.triangles) std::swap(t[1], t[2]);
   std::optional<Follower> wrap;
-  if (!IsSolid(first, first_path)) {
+  const std::optional<std::string> meetings = FindMeetings(body, first_path);
+  if (!meetings) {
     body = Wrap(first);
     wrap.emplace(first, body.x);
     NoteInput(first_path,
-              Format("the surface is open, inside out, or meets itself: the cloth meets a wrap, "
+              Format("the surface is open or has faces without an area: the cloth meets a wrap, "
                      "%g mm outside of it and over clefts of less than %g mm",
                      1e3 * kWrapOffset, 2e3 * kWrapGap));
+  } else if (!meetings->empty()) {
+    NoteInput(first_path, *meetings + ": cloth meets what is outside, and may be pinched there");
   }
   std::vector<Eigen::VectorXd> frames = {body.x};
   Eigen::VectorXd before = first.x;
@@ -271,20 +297,21 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
     CheckSpeed(before, next.x, frames_per_second, path, names.Name(k - 1));
     before = next.x;
     frames.push_back(wrap ? wrap->At(next.x) : next.x);
-    if (!IsSolid({frames.back(), body.triangles}, path))
-      NoteInput(path, "the body meets itself from here on: it may pinch cloth");
+    if (FindMeetings({frames.back(), body.triangles}, path) != "" && meetings == "")
+      NoteInput(path, "the body meets itself from here on, and may pinch cloth");
   }
   if (!names.is_one()) CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
   return std::make_unique<BodySequence>(std::move(body.triangles), std::move(frames), found,
                                         arm_angle);
 }
 
-std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files) {
+std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files,
+                                bool grows_as_files) {
   constexpr char kMannequin[] = "mannequin:";
   if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, files, arm_angle);
   const auto kind =
       ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
-  return std::make_unique<Mannequin>(kind, arm_angle);
+  return std::make_unique<Mannequin>(kind, arm_angle, grows_as_files);
 }
 
 // The file mannequin.obj as it was when the library was built.
@@ -569,7 +596,7 @@ std::vector<std::array<int, 3>> RestTriangles() {
 
 }  // namespace
 
-Mannequin::Mannequin(MotionKind kind, double arm_angle)
+Mannequin::Mannequin(MotionKind kind, double arm_angle, bool grows_as_files)
     : Body(RestTriangles(), static_cast<int>(RestMesh().v.size())),
       kind_(kind),
       lift_(arm_angle == 0 ? 0 : arm_angle - kRestArmAngle) {
@@ -581,6 +608,10 @@ Mannequin::Mannequin(MotionKind kind, double arm_angle)
     rest_x_.segment<3>(3 * i) = RestMesh().v[i];
     skin_.push_back(MakeSkin(RestMesh().v[i]));
   }
+  if (!grows_as_files) return;
+  const Eigen::VectorXd x = PositionsInPose(PoseAt(0), 1);
+  shrunk_ = Shrunk(x, Contract({x, triangles()}, kLimb));
+  weightless_until_ = kGrowSeconds;
 }
 
 Pose Mannequin::PoseAt(double t) const {
@@ -626,6 +657,7 @@ Eigen::VectorXd Mannequin::PositionsInPose(const Pose& pose, double radius_scale
 
 Eigen::VectorXd Mannequin::Positions(double t) const {
   const double grown = SmoothStep(t / kGrowSeconds);
+  if (shrunk_.size() > 0) return PositionsInPose(PoseAt(t), 1) + (1 - grown) * shrunk_;
   return PositionsInPose(PoseAt(t), kLeastRadiusScale + (1 - kLeastRadiusScale) * grown);
 }
 

@@ -29,6 +29,8 @@ class Body {
   int num_files() const { return num_files_; }
   const BodyFiles& files() const { return files_; }
   double rests_after() const { return rests_after_; }
+  // While it grows from limbs drawn together, a garment that nothing holds yet has no weight [s].
+  double weightless_until() const { return weightless_until_; }
 
   // Positions of the vertices [m], shape [3B], at time t ≥ 0 [s]. Continuous in t.
   virtual Eigen::VectorXd Positions(double t) const = 0;
@@ -43,6 +45,7 @@ class Body {
   int num_files_ = 0;
   BodyFiles files_ = {};
   double rests_after_ = 0.0;
+  double weightless_until_ = 0.0;
 
  private:
   std::vector<std::array<int, 3>> triangles_;
@@ -51,13 +54,13 @@ class Body {
 
 // Reads a user's body: one file (ReadSurface), or those whose names follow from a pattern such as
 // "body_%04d.obj", numbered from 0 or 1 to the last without a gap, with the same faces in all; as
-// FindStance finds that they are meant. A surface that is open, inside out, or meets itself, is
-// wrapped with a note, and the wrap moves along (Wrap, Follower); a body that meets itself in a
-// later frame is noted. For the first half second the body grows to its size (Contract), unless
-// files.grow is false; where arm_angle > 0, its arms are turned to that angle off the body [rad],
-// and go back to their place in the next 0.75 s. Then vertices move linearly from frame to frame,
-// and rest after the last. The pelvis is the part of the body between 45 % and 65 % of its height
-// in the first frame; its motion is the rigid motion that fits that of these vertices best.
+// FindStance finds that they are meant. A surface that is inside out is turned over. One that is
+// open is wrapped with a note, and the wrap moves along (Wrap, Follower). A body that meets itself
+// is noted. For the first half second the body grows to its size (Contract), unless files.grow is
+// false; where arm_angle > 0, its arms are turned to that angle off the body [rad], and go back to
+// their place in the next 0.75 s. Then vertices move linearly from frame to frame, and rest after
+// the last. The pelvis is the part of the body between 45 % and 65 % of its height in the first
+// frame; its motion is the rigid motion that fits that of these vertices best.
 //
 // Throws InputError for a name with more than one number, for fewer than one frame per second, and,
 // naming file and place, for a missing file, a file that ReadSurface or FindStance refuses, faces
@@ -67,9 +70,11 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
 
 // Makes the body that a user names: "mannequin:walk" (or any other MotionKind), or the names of
 // files, "DIR/body_%04d.obj", with the arms turned to arm_angle for dressing [rad]; 0: as they are.
-// Throws InputError for another motion, and as Mannequin and ReadBodySequence do.
+// grows_as_files: the mannequin grows as ReadBodySequence lets bodies grow, for garments that were
+// not placed around half of its radii. Throws InputError for another motion, and as Mannequin and
+// ReadBodySequence do.
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
-                                const BodyFiles& files = {});
+                                const BodyFiles& files = {}, bool grows_as_files = false);
 
 // What the mannequin does [METHODS, P65]: it stands and breathes, walks on one spot at one stride a
 // second, turns to and fro, or jumps.
@@ -107,7 +112,8 @@ class Mannequin : public Body {
  public:
   // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: 25°. Throws
   // InputError (prefix "arms") for others.
-  explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle);
+  explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle,
+                     bool grows_as_files = false);
 
   Eigen::VectorXd Positions(double t) const override;
   Eigen::Isometry3d PelvisMotion(double t) const override;
@@ -127,6 +133,7 @@ class Mannequin : public Body {
   double lift_;   // of the arms at the beginning [rad]
   double start_;  // of the motion [s]
   Eigen::VectorXd rest_x_;
+  Eigen::VectorXd shrunk_;  // how far its vertices are off at t = 0, if it grows as files [m]
   std::vector<Skin> skin_;
 };
 

@@ -9,7 +9,7 @@
 
 namespace drape {
 
-inline constexpr double kWrapGap = .02, kWrapOffset = .002;  // [m]
+inline constexpr double kWrapGap = .015, kWrapOffset = .002;  // [m]
 
 // A closed surface without self-intersections around any triangles [Portaneri 2022]: kWrapOffset
 // outside of them, over every cleft into which no ball of radius kWrapGap fits. Holes are closed
