@@ -130,7 +130,7 @@ class Arms {
   // arms turn to `angle` off the body [rad].
   Arms(const Eigen::VectorXd& x, const Eigen::VectorXd& contracted, double angle) {
     constexpr double kShoulderHeight = .802, kShoulderWidth = .098;  // of the height, as ours
-    constexpr double kLeast = .05, kOut = .12, kAboveKnees = .38;    // of the height
+    constexpr double kLeast = .05, kOut = .12, kReach = .6, kAboveKnees = .38;  // of the height
     const auto heights = x.reshaped(3, x.size() / 3).row(2);
     const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
     share_ = Eigen::VectorXd::Zero(x.size() / 3);
@@ -139,7 +139,9 @@ class Arms {
       Vector3d tip = joint;
       for (int i = 0; i < share_.size(); ++i) {
         const Vector3d p = Vertex(x, i);
-        if (side * p.x() < kOut * height || p.z() < low + kAboveKnees * height) continue;
+        if (side * p.x() < kOut * height || side * p.x() > kReach * height ||
+            p.z() < low + kAboveKnees * height)
+          continue;
         if (across(p - joint).norm() > across(tip - joint).norm()) tip = p;
       }
       const Vector3d along = across(tip - joint).normalized();
@@ -596,10 +598,13 @@ std::vector<std::array<int, 3>> RestTriangles() {
 
 }  // namespace
 
+// How far the arms are lifted out of the way of a garment without sleeves [rad].
+constexpr double kClear = 55 * kDegree;
+
 Mannequin::Mannequin(MotionKind kind, double arm_angle, bool grows_as_files)
     : Body(RestTriangles(), static_cast<int>(RestMesh().v.size())),
       kind_(kind),
-      lift_(arm_angle == 0 ? 0 : arm_angle - kRestArmAngle) {
+      lift_(arm_angle == 0 ? (grows_as_files ? kClear : 0) : arm_angle - kRestArmAngle) {
   if (!(lift_ >= -1e-9 && arm_angle <= std::numbers::pi / 2 + 1e-9))
     throw InputError("arms", Format("%g° off the body, expected 25° … 90°", arm_angle / kDegree));
   start_ = kGrowSeconds + (lift_ > 1e-9 ? kLowerSeconds : 0);

@@ -110,8 +110,8 @@ struct Pose {
 // 49.6 to 50.4; no vertex is faster than 4.7 m/s (the feet in the walk).
 class Mannequin : public Body {
  public:
-  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: 25°. Throws
-  // InputError (prefix "arms") for others.
+  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: 25°, or
+  // 80° where it grows as files. Throws InputError (prefix "arms") for others.
   explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle,
                      bool grows_as_files = false);
 

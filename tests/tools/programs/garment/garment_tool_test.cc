@@ -154,7 +154,8 @@ TEST_F(GarmentTool, ABodyHasToMeetAndHoldTheGarment) {
                                             "--body=" + Path("body_%04d.obj"), "--seconds=0.52",
                                             "--garment=" + kDress};
   std::vector<std::string> stated = options;
-  for (const char* option : {"--body_up=z", "--body_scale=1", "--body_offset=0,0,0"})
+  for (const char* option :
+       {"--body_up=z", "--body_scale=1", "--body_offset=0,0,0", "--body_grow=false"})
     stated.emplace_back(option);
   write(2.0, 1.1, 0.6);
   ExpectOneLineError(Dress(options), "are not those of a standing person");
