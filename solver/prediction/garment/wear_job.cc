@@ -281,7 +281,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   if (of_others) pattern_.arm_angle = GuessArmAngle(pattern_);
   body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files, of_others);
   if (body_->num_files() > 0) spec_.body_files = body_->files();
-  LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
+  if (of_others) LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
   ChooseSteps(&spec_);
