@@ -272,6 +272,9 @@ class Development {
     }
     AddText();
     result_.overlay = RenderMarks(planes_, marks_);
+    const cv::Rect flat = cv::boundingRect(marks_.flat);
+    const double scale = double(result_.overlay.width) / planes_.rgb.cols;
+    result_.specimen_box = scale * Eigen::Vector4d(flat.x, flat.y, flat.width, flat.height);
     return std::move(result_);
   }
 
@@ -397,7 +400,7 @@ class Development {
     const Rectified rectified = Rectify(cloth_.coverage, found->pose);
     result_.silhouette = rectified.silhouette;
     result_.camera = rectified.camera;
-    AddFlat(found->pose);
+    AddFlat([&](const Eigen::Vector3d& x) { return found->pose.ImageFromWorld(x); });
   }
 
   void CheckPose(const std::optional<FoundPose>& found) {
@@ -456,11 +459,12 @@ class Development {
   }
 
   // The flat specimen, as the camera would see it.
-  void AddFlat(const PhotoPose& pose) {
+  template <class Project>
+  void AddFlat(const Project& image_from_world) {
     for (int k = 0; k < kAngles; ++k) {
       const double angle = 2 * M_PI * k / kAngles;
-      const Eigen::Vector2d p = pose.ImageFromWorld(
-          {discs_.specimen * std::cos(angle), discs_.specimen * std::sin(angle), 0});
+      const Eigen::Vector2d p = image_from_world(
+          Eigen::Vector3d(discs_.specimen * std::cos(angle), discs_.specimen * std::sin(angle), 0));
       marks_.flat.emplace_back(cvRound(p.x()), cvRound(p.y()));
     }
   }
@@ -478,6 +482,11 @@ class Development {
     CentreOnFarCloth(result_.silhouette, &camera);
     if (!CentreOnOutline(result_.silhouette, &camera))
       throw PhotoFailure{PhotoFault::kNotADrape, "the outline does not close about its centre"};
+    AddFlat([&](const Eigen::Vector3d& x) {
+      Eigen::Vector2d image;
+      camera.Project(x.data(), image.data());
+      return image;
+    });
   }
 
   void Measure() {

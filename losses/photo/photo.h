@@ -112,6 +112,8 @@ struct PhotoResult {
   std::string reason;                 // one line, where there is a fault
   std::vector<std::string> warnings;  // one sentence each
   RgbImage overlay;                   // the photograph with what was found, also with a fault
+  Eigen::Vector4d specimen_box{0, 0, 0, 0};  // left, top, width and height of the flat specimen in
+                                             // it [px]; 0 without one
 
   // Nothing of the following with a fault.
   GrayImage silhouette;  // as a pinhole that looks straight down sees it, from where the camera was

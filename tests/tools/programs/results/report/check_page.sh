@@ -3,7 +3,8 @@
 # Opens a page of drape_report from its file in headless Chromium: it is below 2 MB and has the parts
 # that are named, all of them filled; drapes are drawn, without an error and without a request; dark
 # on a desktop and light on a telephone, nothing is cut off, motions play in step and their GLB has
-# all frames, and contrast and labels are as axe-core, the engine of Lighthouse, wants them.
+# all frames, and contrast and labels are as axe-core, the engine of Lighthouse, wants them. A page
+# with certificates prints one sheet for each.
 # A line for each fault; exit code 1 with faults, 77 where Chromium or axe-core is not installed.
 # usage: check_page.sh report.html [part ...]
 set -euo pipefail
@@ -39,6 +40,13 @@ grep -q 'data-ready="yes"' "$scratch/dom" || echo 'the script of the page did no
 grep -E ':CONSOLE|Content Security Policy|Uncaught' "$scratch/log" |
   grep -v 'GPU stall due to ReadPixels' | sed 's/^/message of the browser: /' >>"$faults" || true
 parts=$(Count '<section id=')
+sheets=$(Count '<article class="certificate">')
+if [ "$sheets" -gt 0 ]; then
+  "$browser" --headless --no-sandbox --no-pdf-header-footer --print-to-pdf="$scratch/page.pdf" \
+    "file://$page" >"$scratch/log" 2>&1 || true
+  printed=$({ grep -aoE '/Type ?/Page\>' "$scratch/page.pdf" || true; } | wc -l)
+  [ "$printed" = "$sheets" ] || echo "prints $printed pages, expected $sheets" >>"$faults"
+fi
 drapes=$(Count '<canvas ')
 charts=$(Count '<figure class="chart">')
 

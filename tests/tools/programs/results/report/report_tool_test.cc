@@ -455,6 +455,62 @@ TEST_F(ReportTest, TablesNeedNoScript) {
   EXPECT_THAT(page, Not(HasSubstr("src=\"http")));
 }
 
+// Samples of two fabrics, one of which has a fit.
+Json SamplesOfTwo() {
+  const auto group = [](const char* fabric, const char* face, double dc, const Json& sd) {
+    return Json{{"fabric", fabric},
+                {"sample", ""},
+                {"specimen", ""},
+                {"face", face},
+                {"pictures", 6},
+                {"dc_percent", dc},
+                {"dc_sd_percent", sd},
+                {"n", 3},
+                {"of", "specimens"},
+                {"dc_low_percent", sd.is_null() ? sd : Json(dc - 2)},
+                {"dc_high_percent", sd.is_null() ? sd : Json(dc + 2)},
+                {"nodes", {6, 7}}};
+  };
+  const auto picture = [](const char* file, const char* fabric) {
+    return Json{{"file", file}, {"fabric", fabric}, {"customer", "A <b>"}, {"error", ""}};
+  };
+  return {{"samples",
+           {{"pictures", {picture("x/x.png", "felt"), picture("y/y.png", "wool")}},
+            {"groups",
+             {group("felt", "up", 41, 1.25), group("felt", "", 42, 1.5),
+              group("wool", "", 30, nullptr)}},
+            {"differences", Json::array({{{"text", "the drape coefficient of felt is higher"}}})},
+            {"notes", Json::array({"a note"})}}}};
+}
+
+TEST_F(ReportTest, CertificatesComeFirst) {
+  const std::string samples = AddResult("photo", "drape_photo", SamplesOfTwo());
+  const auto row = [](const char* key, const char* name, const char* source) {
+    return Json{{"key", key},   {"name", name},        {"value", 1.2345},
+                {"low", 1.0},   {"high", 2.0},         {"text", "1.234"},
+                {"unit", "cm"}, {"interval", "1 … 2"}, {"source", source}};
+  };
+  const std::string fit =
+      AddFit("fit", {{"verdict", {{"lamps", {{"shape", {{"grade", "usable"}}}}}}},
+                     {"images", Json::array({{{"name", "x"}, {"file", "gone.png"}}})},
+                     {"laboratory",
+                      {{"material",
+                        {{"title", "M"},
+                         {"rows",
+                          {row("bending_length_overall_cm", "bending length c", "measured"),
+                           row("shear_n_per_m", "shear rigidity G", "from the prior")}}}}}}});
+  const std::string page = Page({samples, fit});
+  for (const char* part :
+       {"<h3>Drape of felt</h3>", "<dd>A &lt;b&gt;</dd>", "face up", "42.0 ± 1.5", "3 specimens",
+        "40.0 … 44.0", "6 or 7", "<dd>1.23 cm (90 %: 1 … 2)</dd>",
+        "<li class=\"usable\">Shape: usable", "Not measured, but from the prior: shear rigidity G.",
+        "30.0, sd unknown", "<li>The drape coefficient of felt is higher.</li>",
+        "drapefit report: felt, wool", "<summary>From the prior, not measured (1)</summary>"})
+    EXPECT_THAT(page, HasSubstr(part));
+  EXPECT_LT(page.find("id=\"comparison\""), page.find("<details class=\"part\">"));
+  EXPECT_LT(page.find("<details class=\"part\">"), page.find("Shape: usable</p>"));
+}
+
 // The pages of drape_report, opened in a browser.
 
 constexpr int kSkipped = 77;  // exit code of check_page.sh where no browser is installed
@@ -516,6 +572,19 @@ TEST_F(ReportInABrowser, EveryPartIsFilledAndReadable) {
   if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
   EXPECT_THAT(check.out, testing::ContainsRegex("11 parts, 5 charts, 6 drapes"));
+}
+
+// Two certificates and their comparison, each on one sheet.
+TEST_F(ReportInABrowser, EachCertificateIsOneSheet) {
+  Json samples = SamplesOfTwo();
+  for (int i = 0; i < 12; ++i) samples["samples"]["notes"].push_back("a long note on this picture");
+  const std::string page = Page({AddResult("photo", "drape_photo", samples)});
+  const ProcessResult check = CheckPage("page.html", {"certificate", "comparison"});
+  if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
+  EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
+  samples["samples"]["pictures"][0]["customer"] = std::string(9000, 'x');
+  Page({AddResult("photo", "drape_photo", samples)});
+  EXPECT_THAT(CheckPage("page.html", {}).out, HasSubstr("pages, expected 3"));
 }
 
 TEST_F(ReportInABrowser, FaultsOfAPageAreFound) {

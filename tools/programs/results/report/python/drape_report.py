@@ -35,6 +35,7 @@ def refuse(message):
 
 
 try:
+    import certificate
     import charts
     import drapes
     import measured
@@ -65,11 +66,12 @@ def make_page(folders, max_mb):
         template = file.read()
     frame = 40_000  # bytes of the head, of captions and of the lines on what is left out
     page = html.Page(folders, max(0, int(1e6 * max_mb) - len(template.encode()) - frame))
+    names = certificate.add_first_page(folders, page)
     page.add("verdict", "Verdict", verdict.verdicts(folders))
     for part, heading, of_folder, *explain in SECTIONS:
         markup = page.side_by_side(of_folder)
         page.add(part, heading, html.join([*(above(markup) for above in explain), markup]))
-    title = "drapefit report: " + ", ".join(folder.name for folder in folders)
+    title = "drapefit report: " + ", ".join(names or (folder.name for folder in folders))
     body = html.ENVIRONMENT.get_template("body.html").render(
         title=title, sections=page.sections, left_out=page.left_out, max_mb=max_mb)
     # The inserted text is not searched again.

@@ -7,10 +7,10 @@ import os
 import numpy as np
 
 import page as html
-from results import (InputError, coefficient_text, decode_picture, find, items, number, open_file,
-                     read_bytes, read_json, read_text, text, texts)
+from results import (InputError, coefficient_text, decode_picture, find, items, number, number_text,
+                     open_file, read_bytes, read_json, read_text, text, texts)
 
-MOST_DRAPES, MOST_TILES, MOST_BRANCHES = 12, 96, 30  # of one folder
+MOST_DRAPES, MOST_TILES, MOST_BRANCHES, MOST_LARGE = 12, 96, 30, 2  # of one folder
 LISTED_ANGLES = 120  # of outlines.json
 COLOURS = 7  # of style.css
 USUAL_DISCS, USUAL_SCALE = (0.30, 0.18), 719.5  # diameters [m], px/m
@@ -25,8 +25,9 @@ def svg_path(radius, cx, cy, digits=2):
 
 # Images and outlines
 
-def layers(folder, image, page):
-    """The outlines that the fit has stored, over its image."""
+def image_outlines(folder, image, page, shown=("image", "fitted")):
+    """What is seen, size, data, outlines that the fit has stored, discs and 5 cm of an image of a fit
+    [px]. The flat cloth may be larger than the image."""
     file = text(image, "/file")
     if folder.changed(file):
         raise InputError(f"{file}: is not the file that was fitted: it has changed since")
@@ -41,12 +42,21 @@ def layers(folder, image, page):
     if decode_picture(file, data).size != (width, height):
         raise InputError(f"{file}: has another size than the fit's image")
     paths = [(layer, svg_path(radii[name], cx + 0.5, cy + 0.5))
-             for layer, name in (("image", "image"), ("fitted", "fit"))]
+             for layer, name in (("image", "image"), ("fitted", "fit")) if layer in shown]
     uri = html.uri("jpeg" if data.startswith(b"\xff\xd8") else "png", data)
     specimen, support = folder.discs() or USUAL_DISCS
     rings = [(cx + 0.5, cy + 0.5, size / 2 * px_per_m) for size in (support, specimen)]
-    return html.BLOCKS.layers(width, height, f"Outline of {file} and of the fitted drape",
-                              uri if page.take(len(uri), file) else "", paths, rings, 0.05 * px_per_m)
+    ends = [f(*sides) for f, *sides in ((min, 0, cx - rings[1][2]), (min, 0, cy - rings[1][2]),
+                                        (max, width, cx + rings[1][2]), (max, height, cy + rings[1][2]))]
+    view = (ends[0] - 2, ends[1] - 2, ends[2] - ends[0] + 4, ends[3] - ends[1] + 4)
+    return (view, (width, height), uri if page and page.take(len(uri), file) else "", paths, rings,
+            0.05 * px_per_m)
+
+
+def layers(folder, image, page):
+    """The outlines over the image."""
+    return html.BLOCKS.layers(f"Outline of {text(image, '/file')} and of the fitted drape",
+                              *image_outlines(folder, image, page))
 
 
 def stored_overlay(folder, name, reason, page):
@@ -82,9 +92,26 @@ def image_part(folder, image, page):
     return html.BLOCKS.columns(html.paragraph(name, "quiet") + picture, image_metrics(image) + notes)
 
 
+def small_image(folder, image, page):
+    try:
+        view, _, _, paths, rings, _ = image_outlines(folder, image, None)
+    except InputError:  # the numbers are known
+        view, paths, rings = (0, 0, 1, 1), [], []
+    mm_per_px = 1e3 / (number(image, "/camera/px_per_m") or USUAL_SCALE)
+    return (text(image, "/name"), view, paths, rings, "DC %s, fit %s %%, %s mm rms" % (
+        number_text(image, "/metrics/dc_image", 100, "%.1f"),
+        number_text(image, "/metrics/dc_fit", 100, "%.1f"),
+        number_text(image, "/metrics/profile_rms_px", mm_per_px, "%.1f")))
+
+
 def images(folder, page):
+    found = items(folder.summary, "/images") if folder.is_fit else []
+    if len(found) > MOST_LARGE:
+        return page.fit(f"{folder.name}: outlines of the images", html.paragraph(
+            "Outlines of the images, blue, and of the fitted drapes, red.", "quiet") +
+            html.BLOCKS.multiples([small_image(folder, image, page) for image in found[:MOST_TILES]]))
     return html.BLOCKS.side_by_side([("", page.fit(text(image, "/file"), image_part(folder, image, page)))
-                                     for image in items(folder.summary, "/images") if folder.is_fit])
+                                     for image in found])
 
 
 # Drapes from above

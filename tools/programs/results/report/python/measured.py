@@ -7,6 +7,7 @@ import os
 import re
 
 import page as html
+from certificate import GROUP_COLUMNS, group_cells
 from results import (InputError, coefficient_text, directions, find, find_photograph, items, number,
                      number_text, read_text, text, texts, value_text)
 from verdict import laboratory_sheet
@@ -44,11 +45,22 @@ def photograph(folder, page):
 
 
 def fit_photographs(fit, page):
-    """The photographs that a fit is of, without those that have a column of their own."""
+    """The photographs that a fit is of, without those that have a column of their own or are among
+    samples."""
     own = {os.path.realpath(folder.path) for folder in page.folders}
     found = [find_photograph(image) for image in items(fit.summary, "/images")]
+    paths = {each.name: os.path.realpath(each.path) for each in found if each}
     return html.join(photograph(each, page) for each in found
-                     if each and os.path.realpath(each.path) not in own)
+                     if each and not {paths[each.name], os.path.dirname(paths[each.name])} & own)
+
+
+def samples(s):
+    """The means of all groups."""
+    rows = [[html.header(text(group, "/fabric")), *((text(group, "/" + key) or "all", "")
+                                                    for key in ("sample", "specimen", "face")),
+             *group_cells(group)] for group in items(s, "/samples/groups")]
+    return html.table(rows, ("fabric", "sample", "specimen", "face", *GROUP_COLUMNS),
+                      "Drape coefficient [%]")
 
 
 def measured_row(drape):
@@ -97,10 +109,11 @@ def metrics(s):
 
 
 def measurement(folder, page):
+    found = page.fit(folder.name, samples(folder.summary)) if "samples" in folder.summary else ""
     if folder.program == "drape_photo":
-        return photograph(folder, page)
+        return found or photograph(folder, page)
     if folder.program == "drape_metrics":
-        return page.fit(folder.name, metrics(folder.summary))
+        return found + page.fit(folder.name, metrics(folder.summary))
     return fit_photographs(folder, page) if folder.is_fit else ""
 
 

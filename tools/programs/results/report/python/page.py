@@ -142,7 +142,8 @@ class Page:
         self.folders = folders
         self.room = room  # bytes that are left
         self.taken = 0  # of the part that is being written
-        self.sections = []  # id, heading, markup
+        self.sections = []  # id, heading, markup, whether it is folded
+        self.folds = False  # what comes next: it is behind a first page
         self.drapes = []  # a list for each viewer
         self.bodies = []  # bodies that wear the drapes
         self.motion_share = None  # share of all frames that has room, found by drapes.py
@@ -172,7 +173,7 @@ class Page:
             if not self.take(rest, heading):
                 self.room += self.taken
                 markup = paragraph(f"{heading} has no room on this page", "missing")
-            self.sections.append((part, heading, markup))
+            self.sections.append((part, heading, markup, self.folds))
         self.taken = 0
 
     def picture(self, path, alt, caption):

@@ -183,19 +183,32 @@ def verdicts(folders):
     return html.BLOCKS.warnings(other_sizes(folders)) + parts
 
 
-def sheet_row(row):
+def unit_look(row, twins):
+    """Which of the two systems of units shows a row that both have."""
+    key = text(row, "/key")
+    return "kes" if key.startswith("kes_b_") else "si" if twins and key.startswith("bending_") and (
+        key.endswith("_un_m")) and "in_drape" not in key else ""
+
+
+def sheet_row(row, twins):
     source, kind = html.origin(text(row, "/source"))
     return (html.header(text(row, "/name")), html.numeric(text(row, "/text")),
-            html.numeric(text(row, "/interval")), (text(row, "/unit"), ""),
+            html.numeric(text(row, "/interval")), (text(row, "/unit"), unit_look(row, twins)),
             ("; ".join(filter(None, [source, text(row, "/note")])), kind),
             (text(row, "/standard"), ""))
 
 
 def laboratory_sheet(sheet):
     """One sheet of the block "laboratory" of a summary, of a material or of a drape."""
-    rows = [sheet_row(row) for row in items(sheet, "/rows")]
+    found = items(sheet, "/rows")
+    twins = any(text(row, "/key").startswith("kes_b_") for row in found)
     head = ("quantity", "value", "90 % interval", "unit", "where from", "standard")
-    return html.table(rows, head, text(sheet, "/title")) if rows else ""
+    prior = [row for row in found if text(row, "/source") == "from the prior"]
+    shown = [sheet_row(row, twins) for row in found if row not in prior]
+    folded = html.details(f"From the prior, not measured ({len(prior)})", html.table(
+        [sheet_row(row, twins) for row in prior], head)) if prior else ""
+    sheet_table = html.table(shown, head, text(sheet, "/title")) if shown else ""
+    return html.BLOCKS.sheet(sheet_table + folded, text(sheet, "/title"), twins) if found else ""
 
 
 def in_words(s):
@@ -233,5 +246,8 @@ def material(folder, page):
     if not folder.is_fit or not table:
         return ""
     others = [laboratory_sheet(sheets[name]) for name in sorted(sheets) if name != "material"]
+    if len(others) > 3:
+        others = [html.details(f"Sheets of each image, and other forms ({len(others)})",
+                               html.join(others))]
     return in_words(s) + html.join(page.fit(folder.name + ": material", part)
                                    for part in [table, *others, strips(s)] if part)
