@@ -56,10 +56,9 @@ std::vector<Option> Grouped(const std::string& group, std::vector<Option> option
 // Options that no repetition of a run takes over.
 std::vector<Option> OfOneRun(std::vector<Option> options);
 
-// All options of several lists.
-template <class... Lists>
-std::vector<Option> Concatenate(Lists... lists) {
-  std::vector<Option> all;
+// All options, or words, of several lists.
+template <class List, class... Lists>
+List Concatenate(List all, const Lists&... lists) {
   (all.insert(all.end(), lists.begin(), lists.end()), ...);
   return all;
 }

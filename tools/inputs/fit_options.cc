@@ -14,7 +14,8 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
   return {
       PathOption(
           "images", &options.images,
-          "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns"),
+          "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns, or a "
+          "table of samples (drape_photo --help), of one fabric as samples.csv#fabric"),
       {.key = "each",
        .value = &options.each,
        .doc =

@@ -16,6 +16,7 @@
 #include "solver/studies/runner/study.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/programs/results/tables/sample_report.h"
 
 namespace drape {
 namespace {
@@ -32,6 +33,7 @@ std::vector<Single> SplitData(const FitData& data) {
   FitData one = data;
   one.images.clear();
   one.captures.clear();
+  one.specimens.clear();
   std::vector<Single> list;
   for (const std::string& image : data.images) {
     list.push_back({fs::path(image).stem().string(), one});
@@ -117,22 +119,15 @@ StudyCell MakeCell(const FitSpec& spec, const Single& single) {
   });
 }
 
-std::string CsvCell(const json& row, const std::string& key) {
-  if (!row.contains(key)) return "";
-  if (row.at(key).is_number()) return Format("%.6g", row.at(key).get<double>());
-  std::string text = row.at(key);
-  for (std::size_t at = 0; (at = text.find('"', at)) != text.npos; at += 2) text.insert(at, 1, '"');
-  return '"' + text + '"';
-}
-
-std::string MakeCsv(const Study& study, const StudyResult& result) {
-  std::string text = "image";
-  for (const char* key : kColumns) text += std::string(",") + key;
-  for (std::size_t k = 0; k < study.cells.size(); ++k) {
-    text += "\n" + CsvCell({{"image", study.cells[k].name}}, "image");
-    for (const char* key : kColumns) text += "," + CsvCell(*result.results[k], key);
+// The rows with all columns.
+std::string MakeCsv(const nlohmann::ordered_json& fits) {
+  nlohmann::ordered_json lines;
+  for (const auto& fit : fits) {
+    nlohmann::ordered_json line = {{"image", fit.at("image")}};
+    for (const char* key : kColumns) line[key] = fit.value(key, nlohmann::ordered_json());
+    lines.push_back(std::move(line));
   }
-  return text + "\n";
+  return CsvOfObjects(lines);
 }
 
 // "1.448 (1.18 … 1.78)"; of a number without an interval its source.
@@ -197,8 +192,8 @@ ToolOutcome FitEach(const FitToolOptions& options, FitSpec spec, const FitData& 
     fit.update(nlohmann::ordered_json(*result.results[k]));
     summary["fits"].push_back(std::move(fit));
   }
+  WriteFileAtomically(out.Staged("each.csv"), MakeCsv(summary["fits"]));
   WriteWithProvenance(out.Staged("each.json"), std::move(summary));
-  WriteFileAtomically(out.Staged("each.csv"), MakeCsv(study, result));
   out.Publish();
   return {.text = MakeTable(study, result),
           .failure = any_fitted ? "" : "nothing could be fitted, see each.csv"};

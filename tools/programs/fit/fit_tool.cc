@@ -8,6 +8,7 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/fit_options.h"
+#include "tools/inputs/samples.h"
 #include "tools/programs/fit/each_fit.h"
 
 namespace drape {
@@ -34,8 +35,9 @@ void CheckNoSelection(const FitToolOptions& options) {
         "data_source choose from");
 }
 
-// Lists the files of the data and reads the list of the data set.
-FitData MakeFitData(const FitToolOptions& options) {
+// Lists the files of the data and reads the list of the data set. A table of samples sets what the
+// user has not given.
+FitData MakeFitData(const FitToolOptions& options, FitSpec* spec) {
   FitData data = options.data;
   if (!data.experiment.empty())
     for (const char* key : kClothOptions)
@@ -43,8 +45,7 @@ FitData MakeFitData(const FitToolOptions& options) {
         throw InputError(std::string("option '") + key + "'",
                          "found one beside 'experiment', expected none: its file says what is "
                          "simulated");
-  for (const std::string& image : options.images)
-    for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
+  for (const std::string& image : options.images) AddImages(image, spec, &data);
   for (const std::string& test : options.lab_tests)
     for (std::string& file : ExpandLabMeasurements(test))
       data.lab_measurements.push_back(std::move(file));
@@ -79,8 +80,8 @@ ToolOutcome Run(const FitToolOptions& given, const RunControl& control) {
   FitToolOptions options = given;
   const std::string picked = ApplyAccuracy(&options);
   if (!picked.empty()) control.Log(picked);
-  const FitSpec spec = MakeFitSpec(options);
-  const FitData data = MakeFitData(options);
+  FitSpec spec = MakeFitSpec(options);
+  const FitData data = MakeFitData(options, &spec);
   if (options.each) return FitEach(options, spec, data, control);
   const OutputFolder out(options.out, {"summary.json", "material.json", "posterior.json",
                                        "base.json", "fit.log", "checkpoint.json"});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All programs in one executable: drapefit VERB, or a link drape_VERB to it, runs one of them, and
-// drapefit PICTURE all steps to a report.
+// drapefit PICTURE or drapefit SAMPLES all steps to a report.
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -32,6 +32,7 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/samples.h"
 
 extern char** environ;
 
@@ -105,7 +106,7 @@ bool HasProgram(const std::string& folder, const std::string& verb) {
 
 // drapefit PHOTO --mass=150: from one photograph to a report, by the programs that do each step.
 struct ShortWayOptions {
-  std::vector<std::string> operands;  // one picture
+  std::vector<std::string> operands;  // one picture, table of samples or folder
   double mass = 0.0;                  // of the fabric by area [g/m²]; 0: not given
   double specimen = 0.30;             // diameter [m]
   double support = 0.18;              // diameter [m]
@@ -119,7 +120,7 @@ struct ShortWayOptions {
   std::string out;                  // empty: out/<name of the picture>
 };
 
-constexpr StoredFormat kStepsFormat = {"drapefit-steps", 3};
+constexpr StoredFormat kStepsFormat = {"drapefit-steps", 4};
 constexpr double kGramsPerKilogram = 1000.0;
 
 struct Step {
@@ -138,77 +139,125 @@ std::string FindConfigs(const std::string& folder) {
                    "not given, and the configs of drapefit are not beside its programs");
 }
 
-// The steps that make sense for the picture and the programs that are here.
-std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& folder,
-                            const std::string& config, const std::string& out) {
-  const std::string picture = options.operands[0];
-  const bool silhouette = options.picture == "silhouette" ||
-                          (options.picture == "auto" && IsSilhouette(ReadImage(picture)));
-  const std::vector<std::string> discs = {Format("--specimen=%g", options.specimen),
-                                          Format("--support=%g", options.support)};
-  std::vector<std::string> scale;
+bool ShowsSilhouette(const ShortWayOptions& options, const std::string& picture) {
+  return options.picture == "silhouette" ||
+         (options.picture == "auto" && IsSilhouette(ReadImage(picture)));
+}
+
+// The mass of a fabric [g/m²].
+double FindMass(const ShortWayOptions& options, const SampleTable& table,
+                const std::string& fabric) {
+  for (const SampleRow& row : table.rows)
+    if (row.of("fabric") == fabric && row.mass > 0) return row.mass;
+  if (options.mass > 0) return options.mass;
+  throw InputError(table.path.empty() ? "option 'mass'" : table.path,
+                   "has no mass of the fabric '" + fabric +
+                       "', expected the mass by area in g/m2, as weighed, as --mass or in the "
+                       "column 'mass': a drape shows stiffness over weight");
+}
+
+// The folder of the fit of a fabric, in a path without what other programs read as a pattern.
+std::string FitFolder(const std::string& out, std::string fabric) {
+  for (char& c : fabric)
+    if (std::string_view("#?*[]/ ,").find(c) != std::string_view::npos) c = '_';
+  return fabric.empty() ? out + "/fit" : out + "/fit_" + fabric;
+}
+
+// The steps that make sense for a picture, or for a table with rows, and the programs that are
+// here.
+std::vector<Step> PlanSteps(const ShortWayOptions& options, const SampleTable& table,
+                            const std::string& folder, const std::string& config,
+                            const std::string& out) {
+  using Words = std::vector<std::string>;
+  const std::string operand = options.operands[0];
+  const bool many = !table.rows.empty();
+  const Words warp = {"--warp=" + options.warp},
+              threads = {Format("--threads=%d", options.threads)};
+  Words discs = {Format("--support=%g", options.support)}, scale;
+  if (!many || table.rows[0].diameter == 0.0)
+    discs.insert(discs.begin(), Format("--specimen=%g", options.specimen));
   if (options.scale.dpi) scale.push_back("--dpi");
   std::string ruler;
   for (const double number : options.scale.ruler)
     ruler += Format("%s%.9g", ruler.empty() ? "--ruler=" : ",", number);
   if (!ruler.empty()) scale.push_back(ruler);
+
   std::vector<Step> steps;
-  Step fit = {"fit", {}, out + "/fit/summary.json"};
-  fit.arguments = {"--config=" + config, "--images=" + picture};
-  if (!silhouette) {
+  std::string images = operand;
+  Words results, of_images = Concatenate(scale, discs);
+  if (!ShowsSilhouette(options, many ? table.rows[0].file : operand)) {
     if (!HasProgram(folder, "photo"))
       throw InputError("drape_photo",
                        "is not among the programs here, expected for a photograph; "
                        "make a silhouette of it, black cloth on white");
-    Step photo = {"photo", {picture}, out + "/photo/summary.json"};
-    photo.arguments.insert(photo.arguments.end(), discs.begin(), discs.end());
-    if (!scale.empty()) photo.arguments.push_back("--marker=none");
-    photo.arguments.insert(photo.arguments.end(), scale.begin(), scale.end());
-    if (options.focal_35mm > 0)
-      photo.arguments.push_back(Format("--focal_35mm=%g", options.focal_35mm));
-    photo.arguments.push_back("--warp=" + options.warp);
-    photo.arguments.push_back("--out=" + out + "/photo");
-    steps.push_back(photo);
-    fit.arguments[1] = "--images=" + out + "/photo/silhouette.png";
-    fit.arguments.push_back("--camera_file=" + out + "/photo/camera.json");
-  } else {
-    fit.arguments.insert(fit.arguments.end(), scale.begin(), scale.end());
+    Words focal;
+    if (!scale.empty()) focal.push_back("--marker=none");
+    if (options.focal_35mm > 0) focal.push_back(Format("--focal_35mm=%g", options.focal_35mm));
+    const std::string photo = out + "/photo";
+    steps.push_back(
+        {"photo", Concatenate(Words{operand}, discs, scale, focal, warp, Words{"--out=" + photo}),
+         photo + "/summary.json"});
+    images = photo + (many ? "/samples.csv" : "/silhouette.png");
+    of_images = {"--camera_file=" + (many ? "beside" : photo + "/camera.json")};
+    if (many) results = {photo};
+    if (!many) of_images = Concatenate(of_images, discs);
+  } else if (many) {
+    results = {out + "/metrics.json"};
+    steps.push_back(
+        {"metrics",
+         Concatenate(Words{operand}, of_images,
+                     Words{"--csv=" + out + "/metrics.csv",
+                           "--statistics=" + out + "/statistics.csv", "--out=" + results[0]}),
+         results[0]});
   }
-  const std::string threads = Format("--threads=%d", options.threads);
-  fit.arguments.insert(fit.arguments.end(), discs.begin(), discs.end());
-  fit.arguments.push_back(Format("--density=%.9g", options.mass / kGramsPerKilogram));
-  fit.arguments.push_back("--warp=" + options.warp);
-  fit.arguments.push_back(threads);
-  fit.arguments.push_back("--out=" + out + "/fit");
-  steps.push_back(fit);
-  steps.push_back({"predict",
-                   {"--fabric=" + out + "/fit", "--mesh=disc:600", discs[0], discs[1],
-                    Format("--draws=%d", options.draws), threads, "--out=" + out + "/predict"},
-                   out + "/predict/summary.json"});
+  const Words fabrics = many ? table.Fabrics() : Words{""};
+  for (const std::string& fabric : fabrics) {
+    const std::string fit = FitFolder(out, fabrics.size() > 1 ? fabric : "");
+    const double density = FindMass(options, table, fabric) / kGramsPerKilogram;
+    steps.push_back(
+        {"fit",
+         Concatenate(Words{"--config=" + config,
+                           "--images=" + (fabric.empty() ? images : images + "#" + fabric)},
+                     of_images, Words{Format("--density=%.9g", density)}, warp, threads,
+                     Words{"--out=" + fit}),
+         fit + "/summary.json"});
+    results.push_back(fit);
+  }
+  if (!many) {
+    results.push_back(out + "/predict");
+    steps.push_back({"predict",
+                     Concatenate(Words{"--fabric=" + out + "/fit", "--mesh=disc:600"}, discs,
+                                 Words{Format("--draws=%d", options.draws)}, threads,
+                                 Words{"--out=" + results.back()}),
+                     results.back() + "/summary.json"});
+  }
+  const std::string page = out + "/report.html";
   if (HasProgram(folder, "report"))
-    steps.push_back({"report",
-                     {out + "/fit", out + "/predict", "--out=" + out + "/report.html"},
-                     out + "/report.html"});
+    steps.push_back({"report", Concatenate(results, Words{"--out=" + page}), page});
   return steps;
 }
 
-// steps.json of an output folder: its picture and, of each step, its key and the SHA-256 of its
-// result, once it has ended. A key is the command with the contents of files for their paths, so
-// that picture, config and folder may move.
+// steps.json of an output folder: its picture and, of each step, by its result, its key and the
+// SHA-256 of its result, once it has ended. A key is the command with the contents of files for
+// their paths, so that picture, config and folder may move.
 class StepRecord {
  public:
-  // files: the picture and the config. Throws InputError where the folder has results of another
-  // picture.
-  StepRecord(std::string out, const std::vector<std::string>& files)
+  // files: those of the picture, or the table or folder of samples, and the config. Throws
+  // InputError where the folder has results of another picture. Samples may change.
+  StepRecord(std::string out, const std::string& operand, const std::vector<std::string>& files)
       : out_(std::move(out)), path_(out_ + "/steps.json") {
-    for (const std::string& file : files) sums_[file] = Sha256(ReadWholeFile(file));
+    std::string all;
+    for (const std::string& file : files) all += sums_[file] = Sha256(ReadWholeFile(file));
+    const bool is_one = sums_.contains(operand) && !IsSampleTable(operand);
+    sums_.emplace(operand, Sha256(all));  // of a folder
     CheckReplaceable(path_);
     CheckStored(path_, kStepsFormat);
     try {
       if (fs::exists(path_)) record_ = ReadStoredJson(path_, kStepsFormat);
     } catch (const InputError&) {  // damaged, or of another version: the steps are run again
     }
-    const json picture = {{"path", MakeUtf8(files[0])}, {"sha256", sums_.at(files[0])}};
+    const json picture = {{"path", MakeUtf8(operand)},
+                          {"sha256", is_one ? sums_.at(operand) : "samples"}};
     const json earlier = record_.value("picture", picture);
     if (earlier["sha256"] != picture["sha256"])
       throw InputError(out_, "holds the results of another picture, " +
@@ -225,28 +274,31 @@ class StepRecord {
       const std::size_t value = argument.starts_with("--") ? argument.find('=') + 1 : 0;
       const std::string path = argument.substr(value);
       const auto file = sums_.find(path);
-      key += " " + argument.substr(0, value) +
-             (file != sums_.end()            ? file->second
-              : path.starts_with(out_ + "/") ? path.substr(out_.size())
-                                             : MakeUtf8(path));
+      key.append(" ").append(argument, 0, value);
+      key += file != sums_.end()            ? file->second
+             : path.starts_with(out_ + "/") ? path.substr(out_.size())
+                                            : MakeUtf8(path);
     }
-    for (const Step& earlier : before) key += " " + SumOfResult(earlier);
+    for (const Step& earlier : before) key.append(" ").append(SumOfResult(earlier));
     return key;
   }
   bool HasDone(const Step& step, const std::string& key) const {
-    return record_.value(step.verb, json()) == json{{"key", key}, {"result", SumOfResult(step)}} &&
+    return record_.value(Name(step), json()) == json{{"key", key}, {"result", SumOfResult(step)}} &&
            (!step.result.ends_with("/summary.json") || HasSameInputs(step.result));
   }
   bool WasStopped(const Step& step, const std::string& key) const {
-    return step.verb == "fit" && fs::exists(out_ + "/fit/checkpoint.json") &&
-           record_.value(step.verb, json()) == json{{"key", key}, {"result", nullptr}};
+    return step.verb == "fit" &&
+           fs::exists(fs::path(step.result).parent_path() / "checkpoint.json") &&
+           record_.value(Name(step), json()) == json{{"key", key}, {"result", nullptr}};
   }
   void Set(const Step& step, const std::string& key, bool done) {
-    record_[step.verb] = {{"key", key}, {"result", done ? json(SumOfResult(step)) : json()}};
+    record_[Name(step)] = {{"key", key}, {"result", done ? json(SumOfResult(step)) : json()}};
     WriteStoredJson(path_, kStepsFormat, record_, 2);
   }
 
  private:
+  // The result of a step, in the output folder.
+  std::string Name(const Step& step) const { return step.result.substr(out_.size() + 1); }
   static std::string SumOfResult(const Step& step) {
     return fs::exists(step.result) ? Sha256(ReadWholeFile(step.result)) : "none";
   }
@@ -327,15 +379,16 @@ int RunStep(const Step& step, const std::string& folder) {
   return code;
 }
 
+bool IsOfSamples(const std::string& operand) {
+  return IsSampleTable(operand) || fs::is_directory(operand);
+}
+
 void Check(const ShortWayOptions& options) {
   ParseWarp(options.warp);
   if (options.operands.size() != 1)
     throw InputError("command line",
-                     Format("found %zu pictures, expected one", options.operands.size()));
-  if (options.mass <= 0)
-    throw InputError("option 'mass'",
-                     "is missing, expected the mass of the fabric by area in g/m2, as weighed: a "
-                     "drape shows stiffness over weight");
+                     Format("found %zu pictures, expected one, or a table or folder of samples",
+                            options.operands.size()));
 }
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
@@ -344,7 +397,9 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
   };
   std::vector<Option> list = {
       Usual(NumberOption("mass", &options.mass, 0, 10000,
-                         "mass of the fabric by area, as weighed; needed", "g/m2"),
+                         "mass of the fabric by area, as weighed; needed, but for samples with a "
+                         "column mass",
+                         "g/m2"),
             10, 1500),
       metres("specimen", &options.specimen, "diameter of the flat specimen"),
       metres("support", &options.support, "diameter of the support"),
@@ -369,20 +424,24 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
 
 // Points into `options`, which outlives it. verbs: a line for each program, for the help.
 OptionTable ShortWayTable(ShortWayOptions& options, const std::string& verbs) {
-  return {.tool = "drapefit",
-          .summary =
-              "runs the programs of drapefit by their verbs; given a picture of a drape, runs "
-              "all that leads to a report: photo, fit, predict, report",
-          .example = "drapefit photo.jpg --mass=150 --specimen=0.30",
-          .notes =
-              "VERB [options]: runs drape_VERB, which is beside drapefit; help VERB: its help\n"
-              "PICTURE: photo/, fit/, predict/ and report.html are written to the output folder. "
-              "The same command again runs only what is not done; it continues a fit that was "
-              "interrupted. A step that fails ends the run with its line and exit code.\n" +
-              verbs,
-          .options = ShortWayOptionList(options),
-          .operands = &options.operands,
-          .operand_names = "PICTURE|VERB"};
+  return {
+      .tool = "drapefit",
+      .summary =
+          "runs the programs of drapefit by their verbs; given a picture of a drape, or a table "
+          "of samples, runs all that leads to a report: photo, fit, predict, report",
+      .example = "drapefit photo.jpg --mass=150 --specimen=0.30",
+      .notes =
+          "VERB [options]: runs drape_VERB, which is beside drapefit; help VERB: its help\n"
+          "PICTURE: photo/, fit/, predict/ and report.html are written to the output folder. "
+          "SAMPLES: a table samples.csv (drape_photo --help) or a folder of pictures: all are "
+          "measured, each fabric is fitted to all of its pictures, and the report has a "
+          "certificate of each and their differences. "
+          "The same command again runs only what is not done; it continues a fit that was "
+          "interrupted. A step that fails ends the run with its line and exit code.\n" +
+          verbs,
+      .options = ShortWayOptionList(options),
+      .operands = &options.operands,
+      .operand_names = "PICTURE|SAMPLES|VERB"};
 }
 
 // Runs the steps that are not done yet, with the standard streams of this process, and prints the
@@ -392,18 +451,28 @@ OptionTable ShortWayTable(ShortWayOptions& options, const std::string& verbs) {
 // Throws InputError for bad options, and for a folder with results of another picture, and IoError.
 int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
   Check(options);
-  const std::string picture = options.operands[0];
-  const std::string given =
-      options.out.empty() ? "out/" + fs::path(picture).stem().string() : options.out;
+  const std::string operand = options.operands[0];
+  const std::string given = !options.out.empty() ? options.out
+                            : fs::is_directory(operand)
+                                ? "out/" + fs::weakly_canonical(operand).filename().string()
+                                : "out/" + fs::path(operand).stem().string();
   const std::string out = (given.starts_with("-") ? "./" : "") + given;  // the report takes a word
   const std::string config = options.fit_config.empty()
                                  ? FindConfigs(folder) + "/programs/fit_bayes.json"
                                  : options.fit_config;
-  const std::vector<Step> steps = PlanSteps(options, folder, config, out);
+  SampleTable table;
+  std::vector<std::string> files = {operand};
+  if (IsOfSamples(operand)) {
+    table = ReadSamples(operand);
+    files = table.Files();
+    if (fs::is_regular_file(table.path)) files.push_back(table.path);
+  }
+  const std::vector<Step> steps = PlanSteps(options, table, folder, config, out);
+  files.push_back(config);
   std::error_code error;
   fs::create_directories(out, error);
   if (error) throw IoError(out, "cannot be made: " + error.message());
-  StepRecord record(out, {picture, config});
+  StepRecord record(out, operand, files);
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Step& step = steps[k];
     const std::string key = record.Key(step, {steps.data(), k});
@@ -429,7 +498,8 @@ constexpr char kUsage[] =
     "       drapefit help VERB               its options\n"
     "       drapefit PICTURE --mass=G_PER_M2 from a photograph of a drape to a report: photo, "
     "fit,\n"
-    "                                        predict, report (options: drapefit --help=all)\n";
+    "                                        predict, report (options: drapefit --help=all)\n"
+    "       drapefit SAMPLES                 the same from a folder, or a table samples.csv\n";
 
 int Fail(const std::string& message) {
   std::fprintf(stderr, "drapefit: error: %s\n", MakePrintableLine(message).c_str());

@@ -27,13 +27,16 @@ class ShortWay : public ToolFixture {
     return path;
   }
   // fit_bayes.json with a small mesh and few samples.
-  std::string AddConfig() const {
+  std::string AddConfig(const char* mesh = "disc:200") const {
     return Write("fit.json", Json({{"fabric", kFabrics + "synthetic_shirt.json"},
                                    {"model", "bayes"},
-                                   {"mesh", "disc:200"},
+                                   {"mesh", mesh},
                                    {"num_parameters", "2"},
                                    {"posterior_samples", 4},
                                    {"posterior_rank", 2},
+                                   {"candidates_per_round", {3, 2, 1}},
+                                   {"iterations", {4, 4, 6}},
+                                   {"elbo_samples", 25},
                                    {"min_relative_stiffness", 0.1}})
                                  .dump());
   }
@@ -58,6 +61,32 @@ TEST_F(ShortWay, LeadsFromAPhotographToAReport) {
   EXPECT_THAT(page, HasSubstr("data:image/png;base64"));
   EXPECT_THAT(page, HasSubstr("class=\"image\""));
   EXPECT_THAT(page, HasSubstr("class=\"fitted\""));
+}
+
+// A table of samples leads to a certificate. The same command runs nothing again.
+TEST_F(ShortWay, LeadsFromSamplesToCertificates) {
+  std::filesystem::rename(AddPhoto(Wool()), Path("a.jpg"));
+  std::filesystem::copy_file(Path("a.jpg"), Path("b.jpg"));
+  const std::string table = Write("samples.csv",
+                                  "file;fabric;specimen;face;mass\na.jpg;red wool;1;up;180\n"
+                                  "b.jpg;red wool;1;down;180\n");
+  const std::vector<std::string> command = {
+      kDrapefit, table, "--fit_config=" + AddConfig("disc:100"), "--out=" + Path("out")};
+  const ProcessResult result = RunProcess(command);
+  ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
+  EXPECT_THAT(result.out, HasSubstr("samples.csv#red wool'"));
+  EXPECT_THAT(result.out, HasSubstr(" --density=0.18 "));
+  const Json fit = ReadJson(Path("out/fit/summary.json"));
+  EXPECT_EQ(fit["images"].size(), 2U);
+  const std::string page = Read(Path("out/report.html"));
+  for (const char* part : {"<h3>Drape of red wool</h3>", "face down", "sd unknown", "5 cm",
+                           "<image width=", "bending length c, overall"})
+    EXPECT_THAT(page, HasSubstr(part));
+  const ProcessResult again = RunProcess(command);
+  EXPECT_THAT(again.out, HasSubstr("done before: drapefit photo"));
+  EXPECT_THAT(again.out, HasSubstr("done before: drapefit report"));
+  Write("samples.csv", "file,fabric\na.jpg,red wool\n");
+  ExpectOneLineError(RunProcess(command), "has no mass of the fabric 'red wool'");
 }
 
 // A photograph that is refused ends the run with its line, and the picture that shows why.

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iomanip>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +23,8 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/samples.h"
+#include "tools/programs/results/tables/sample_report.h"
 #include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
@@ -41,6 +41,7 @@ struct MetricsOptions {
   std::string centre = "auto";  // CentreMode; auto: outline for drapes by themselves
   DatasetQuery data;            // its folder: none with operands
   std::string csv;              // file of the drapes measured by themselves
+  std::string statistics;       // file of their means
   std::string overlay;          // picture of one
   std::string out;              // JSON file
 };
@@ -170,7 +171,8 @@ struct ComparedPair {
 // One drape by itself, or why it could not be measured.
 struct MeasuredDrape {
   std::string file;
-  std::string error;  // empty: measured
+  std::string error;   // empty: measured
+  SampleRow row = {};  // of a table
   Camera camera;
   ImageQuality quality;
   double area = 0.0;         // inside the outline [m²]
@@ -231,12 +233,6 @@ std::string CameraLine(const MeasuredDrape& drape) {
   return CameraText(drape.camera, drape.quality);
 }
 
-std::string CsvText(const std::string& text) {
-  std::ostringstream quoted;
-  quoted << std::quoted(text, '"', '"');
-  return quoted.str();
-}
-
 std::string JoinedNotes(const MeasuredDrape& drape) {
   std::string text;
   for (const std::string& note : drape.quality.notes) text += (text.empty() ? "" : "; ") + note;
@@ -279,23 +275,26 @@ std::string MeasuredTable(const std::vector<MeasuredDrape>& drapes) {
 
 // The drapes as comma-separated values, with a line of names that hold the units.
 std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes) {
-  std::string text = "file,";
-  for (const FeatureColumn& column : kFeatureColumns) text += std::string(column.key) + ",";
-  text += "area_cm2,radius_mean_mm,centre_column_px,centre_row_px,px_per_m,";
-  for (const LaboratoryRow& row : DrapeSheet({}, "").rows) text += row.key + ",";
-  text += "notes,error\n";
+  Json lines = Json::array();
   for (const MeasuredDrape& drape : drapes) {
-    text += CsvText(drape.file) + ",";
-    const bool measured = drape.error.empty();
-    const auto add = [&](double value) { text += measured ? Format("%.6g,", value) : ","; };
-    for (const FeatureColumn& column : kFeatureColumns) add(column.value(drape.shape));
-    for (const double value : {drape.area / kCm2, drape.mean_radius / kMm, drape.camera.cx,
-                               drape.camera.cy, drape.camera.pixels_per_metre()})
-      add(value);
-    for (const LaboratoryRow& row : DrapeSheet(drape.laboratory, "").rows) add(row.value);
-    text += CsvText(JoinedNotes(drape)) + "," + CsvText(drape.error) + "\n";
+    Json line = {{"file", drape.file}};
+    if (drape.row.cells.is_object()) line.update(drape.row.cells);
+    line["file"] = drape.file;
+    const auto add = [&](const std::string& key, double value) {
+      line[key] = drape.error.empty() ? Json(value) : Json();
+    };
+    for (const FeatureColumn& column : kFeatureColumns) add(column.key, column.value(drape.shape));
+    add("area_cm2", drape.area / kCm2);
+    add("radius_mean_mm", drape.mean_radius / kMm);
+    add("centre_column_px", drape.camera.cx);
+    add("centre_row_px", drape.camera.cy);
+    add("px_per_m", drape.camera.pixels_per_metre());
+    for (const LaboratoryRow& row : DrapeSheet(drape.laboratory, "").rows) add(row.key, row.value);
+    line["notes"] = JoinedNotes(drape);
+    line["error"] = drape.error;
+    lines.push_back(std::move(line));
   }
-  return text;
+  return CsvOfObjects(lines);
 }
 
 Json MeasuredJson(const MeasuredDrape& drape) {
@@ -391,6 +390,7 @@ MeasuredDrape Measure(const std::string& path, const View& view, ViewedFile* vie
   *viewed = ViewFile(path, view);
   return {path,
           {},
+          {},
           viewed->camera,
           viewed->quality,
           ProfileArea(viewed->seen.radius),
@@ -412,33 +412,57 @@ Found MeasureOne(const MetricsOptions& options, const std::string& path) {
   return {MeasuredText(drape), MeasuredJson(drape)};
 }
 
-// A drape that cannot be measured becomes a line with the reason.
-Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>& files,
+// The view of a drape of a table. A drape that cannot be measured becomes a line with the reason.
+MeasuredDrape MeasureRow(const MetricsOptions& options, const SampleRow& row) {
+  MetricsOptions own = options;
+  if (row.diameter > 0) own.discs.specimen = row.diameter;
+  MeasuredDrape drape;
+  try {
+    ViewedFile viewed;
+    drape = Measure(row.file, MakeView(own, CentreMode::kOutline, {row.file}), &viewed);
+  } catch (const InputError& error) {
+    const std::string reason = error.what(), name = row.file + ": ";
+    drape.file = row.file;
+    drape.error = reason.starts_with(name) ? reason.substr(name.size()) : reason;
+  }
+  drape.row = row;
+  return drape;
+}
+
+MeasuredSample MakeSample(const MetricsOptions& options, const MeasuredDrape& drape) {
+  const auto photograph = options.camera.gives_camera() && drape.error.empty()
+                              ? ReadPhotographNotes(options.camera.FileFor(drape.file))
+                              : std::nullopt;
+  return {.row = drape.row,
+          .error = drape.error,
+          .coefficient = drape.shape.drape_coefficient,
+          .coefficient_sd = photograph ? photograph->coefficient_sd : 0.0,
+          .nodes = drape.shape.folds,
+          .notes = JoinedNotes(drape)};
+}
+
+Found MeasureEach(const MetricsOptions& options, const SampleTable& table,
                   const RunControl& control) {
   std::vector<MeasuredDrape> drapes;
-  std::string first_error;
-  size_t measured = 0;
-  for (const std::string& file : files) {
+  std::vector<MeasuredSample> samples;
+  for (const SampleRow& row : table.rows) {
     if (control.cancelled()) return {};
-    control.Report(static_cast<double>(drapes.size()) / static_cast<double>(files.size()), file);
-    try {
-      ViewedFile viewed;
-      drapes.push_back(Measure(file, MakeView(options, CentreMode::kOutline, {file}), &viewed));
-      ++measured;
-    } catch (const InputError& error) {
-      const std::string reason = error.what();
-      const bool named = reason.starts_with(file + ": ");
-      drapes.push_back(
-          {file, named ? reason.substr(file.size() + 2) : reason, {}, {}, 0, 0, {}, {}});
-      if (first_error.empty()) first_error = reason;
-    }
+    control.Report(static_cast<double>(drapes.size()) / static_cast<double>(table.rows.size()),
+                   row.file);
+    drapes.push_back(MeasureRow(options, row));
+    samples.push_back(MakeSample(options, drapes.back()));
   }
-  if (measured == 0)
-    throw InputError(options.operands[0], "none of " + std::to_string(files.size()) +
-                                              " drapes can be measured; " + first_error);
-  if (!options.csv.empty()) WriteFileAtomically(options.csv, MeasuredCsv(drapes));
+  if (std::ranges::none_of(drapes, [](const auto& drape) { return drape.error.empty(); }))
+    throw InputError(options.operands[0], "none of " + std::to_string(drapes.size()) +
+                                              " drapes can be measured; " + drapes[0].file + ": " +
+                                              drapes[0].error);
   Found found{MeasuredTable(drapes), {{"drapes", Json::array()}}};
   for (const MeasuredDrape& drape : drapes) found.json["drapes"].push_back(MeasuredJson(drape));
+  found.json["samples"] = SamplesJson(samples);
+  found.text += "\n" + SamplesText(found.json["samples"]);
+  if (!options.csv.empty()) WriteFileAtomically(options.csv, MeasuredCsv(drapes));
+  if (!options.statistics.empty())
+    WriteFileAtomically(options.statistics, CsvOfObjects(found.json["samples"]["groups"]));
   return found;
 }
 
@@ -498,15 +522,23 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
                      "found no file or folder, expected a drape, a folder of them, "
                      "two to compare (A and B), or --data");
   const bool one = operands.size() == 1, folder = one && fs::is_directory(operands[0]);
-  RequireOnlyWith("overlay", options.overlay, one && !folder, "one drape");
+  const bool table = one && IsSampleTable(operands[0]);
+  RequireOnlyWith("overlay", options.overlay, one && !folder && !table, "one drape");
   RequireOnlyWith("csv", options.csv, operands.size() != 2, "drapes that are not compared");
+  RequireOnlyWith("statistics", options.statistics, folder || table || operands.size() > 2,
+                  "several drapes that are not compared");
   if (operands.size() == 2) return CompareTwo(options, control);
-  if (folder) return MeasureEach(options, DrapesIn(operands[0], 1), control);
+  if (table) return MeasureEach(options, ReadSamples(operands[0]), control);
+  if (folder) {
+    const std::string fabric = fs::weakly_canonical(operands[0]).filename();
+    return MeasureEach(options, SamplesOfFiles(DrapesIn(operands[0], 1), fabric), control);
+  }
   for (const std::string& operand : operands) {
     if (IsFolder(operand))
       throw InputError(operand, "is a folder among files, expected one folder, or files");
   }
-  return one ? MeasureOne(options, operands[0]) : MeasureEach(options, operands, control);
+  return one ? MeasureOne(options, operands[0])
+             : MeasureEach(options, SamplesOfFiles(operands, ""), control);
 }
 
 Found EvaluateData(const MetricsOptions& options, const RunControl& control) {
@@ -534,6 +566,9 @@ std::vector<Option> ViewOptions(MetricsOptions& options) {
 std::vector<Option> FileOptions(MetricsOptions& options) {
   return {
       PathOption("csv", &options.csv, "drapes by themselves: file with one line for each"),
+      PathOption("statistics", &options.statistics,
+                 "several drapes: file with mean, standard deviation, n and interval by fabric, "
+                 "sample, specimen and face"),
       PathOption("overlay", &options.overlay,
                  "one drape by itself: PNG of its outline (blue), the support (green) and the flat "
                  "cloth (brown)"),
@@ -545,31 +580,32 @@ OptionTable MetricsTable(MetricsOptions& options) {
                                         FieldOptionList(options.discs), ViewOptions(options),
                                         Grouped("data set", FieldOptionList(options.data)),
                                         OfOneRun(FileOptions(options)));
-  return {.tool = "drape_metrics",
-          .summary =
-              "measures drapes, compares two, scores predicted drapes, and evaluates predictors "
-              "without a model on a data set",
-          .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
-          .notes =
-              "one image or mesh (OBJ, STL, PLY): drape coefficient, folds, area, radii and other "
-              "features of the outline; a folder, or three or more files: a line for each; what "
-              "cannot be measured "
-              "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
-              "two, A and B, are compared: two images or meshes; or two folders of images and "
-              "meshes: A holds samples of a distribution, B what was observed\n"
-              "aligned: after the rotation and reflection of B that brings its outline closest to "
-              "that of A\n",
-          .options = std::move(all),
-          .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
-                     "overlay", "data", "data_fabric", "out"},
-          .operands = &options.operands,
-          .operand_names = "[A [B …]]"};
+  return {
+      .tool = "drape_metrics",
+      .summary =
+          "measures drapes, compares two, scores predicted drapes, and evaluates predictors "
+          "without a model on a data set",
+      .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
+      .notes =
+          "one image or mesh (OBJ, STL, PLY): drape coefficient, folds, area, radii and other "
+          "features of the outline; a folder, a table samples.csv (drape_photo --help), or three "
+          "or more files: a line for each, and their means; what cannot be measured "
+          "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
+          "two, A and B, are compared: two images or meshes; or two folders of images and "
+          "meshes: A holds samples of a distribution, B what was observed\n"
+          "aligned: after the rotation and reflection of B that brings its outline closest to "
+          "that of A\n",
+      .options = std::move(all),
+      .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
+                 "statistics", "overlay", "data", "data_fabric", "out"},
+      .operands = &options.operands,
+      .operand_names = "[A [B …]]"};
 }
 
 // Measures one file, a folder or several files, compares two files or folders, or lists a data set
 // and evaluates its trivial predictors. Writes the files that the options name.
 ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
-  for (const std::string& file : {options.out, options.csv, options.overlay})
+  for (const std::string& file : {options.out, options.csv, options.statistics, options.overlay})
     if (!file.empty()) {
       CheckKeeps(file);
       CheckReplaceable(file);

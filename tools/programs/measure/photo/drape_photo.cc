@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "losses/camera/camera.h"
@@ -10,10 +13,13 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/studies/runner/study.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/samples.h"
+#include "tools/programs/results/tables/sample_report.h"
 
 namespace drape {
 namespace {
@@ -22,10 +28,11 @@ using Json = nlohmann::ordered_json;
 
 // The options of drape_photo.
 struct PhotoToolOptions {
-  std::vector<std::string> operands;  // one photograph
+  std::vector<std::string> operands;  // one photograph, several, a folder or a table
   PhotoOptions photo;
   ScaleInput scale;  // in place of photo.px_per_m
   std::string warp = kUnknownWarp;
+  int threads = 0;  // 0: all cores
   std::string out;
 };
 
@@ -33,12 +40,13 @@ constexpr double kDegree = M_PI / 180;
 constexpr const char* kRefused = "refused.png";
 
 Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
-                 const PhotoResult& result) {
+                 const PhotoResult& result, const std::string& silhouette) {
   Json json = {{"photo", photo},
-               {"silhouette", "silhouette.png"},
+               {"silhouette", silhouette},
                {"camera_file", "camera.json"},
                {"projected", "projected.png"},
                {"overlay", "overlay.png"},
+               {"specimen_in_overlay_px", result.specimen_box},
                {"marker", ToString(options.photo.marker)},
                {"dc", result.shape.drape_coefficient},
                {"dc_sd", result.coefficient_sd},
@@ -81,33 +89,37 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
   return text + "see " + options.out + "/overlay.png; a fit of it:\n";
 }
 
-std::string Operand(const PhotoToolOptions& options) {
-  if (options.operands.size() != 1)
-    throw InputError("command line",
-                     Format("found %zu files, expected one photograph", options.operands.size()));
-  return options.operands[0];
-}
-
 OptionTable PhotoTable(PhotoToolOptions& options) {
   return {
       .tool = "drape_photo",
-      .summary = "makes the silhouette of a drape and its camera from a photograph",
+      .summary =
+          "makes the silhouette of a drape and its camera from a photograph, or from each of "
+          "many, and sums them up",
       .example = "drape_photo photo.jpg --focal_35mm=26 --out=out/photo",
       .notes =
+          "SAMPLES: several photographs, a folder, or a table samples.csv with columns file, "
+          "fabric, "
+          "sample, specimen, face (up, down), warp, mass (g/m2), diameter (m), date, operator, of "
+          "which file is needed. Each photograph gets a folder in the output folder. samples.csv "
+          "there is the table with the silhouettes and what was measured, for drape_fit "
+          "--images=samples.csv#fabric; statistics.csv has mean, standard deviation, n and "
+          "interval "
+          "by fabric, sample, specimen and face. The same command continues.\n"
           "files: silhouette.png and camera.json, which also has the drape coefficient, its "
           "standard deviation, the warp and the warnings, for drape_fit --camera_file; "
           "projected.png, the "
           "estimated vertical projection, for programs that know only the camera of the "
           "published images; overlay.png; summary.json\n"
-          "exit code 2: the photograph was refused; refused.png in the output folder shows why, "
-          "its other files are unchanged\n",
-      .options = Concatenate(FieldOptionList(options.photo), FieldOptionList(options.scale),
-                             std::vector<Option>{PlainOption("warp", &options.warp, kWarpDoc),
-                                                 OutOption(options.out)}),
+          "exit code 2: the photograph, or each of several, was refused; refused.png shows why, "
+          "other files are unchanged\n",
+      .options =
+          Concatenate(FieldOptionList(options.photo), FieldOptionList(options.scale),
+                      std::vector<Option>{PlainOption("warp", &options.warp, kWarpDoc),
+                                          ThreadsOption(options.threads), OutOption(options.out)}),
       .common = {"marker", "specimen", "support", "disc", "tag", "focal_35mm", "px_per_m", "warp",
                  "out"},
       .operands = &options.operands,
-      .operand_names = "PHOTO"};
+      .operand_names = "PHOTO|SAMPLES"};
 }
 
 PhotoOptions WithScale(const PhotoToolOptions& options, const std::string& file) {
@@ -120,26 +132,24 @@ PhotoOptions WithScale(const PhotoToolOptions& options, const std::string& file)
   return photo;
 }
 
-// Writes silhouette.png, camera.json, projected.png, overlay.png and summary.json to options.out,
-// and returns the lines for a terminal. Throws InputError: a photograph that is refused leaves
-// earlier results as they were and writes refused.png, which shows why.
-std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control) {
-  const std::string file = Operand(options);
+// Writes a silhouette of that name, camera.json, projected.png, overlay.png and summary.json to
+// options.out. A photograph that is refused leaves earlier results as they were, writes
+// refused.png, which shows why, and sets *refusal.
+PhotoResult Develop(const std::string& file, const PhotoToolOptions& options,
+                    const std::string& silhouette, Json (*provenance)(), std::string* refusal) {
   ParseWarp(options.warp);
   const Photograph photo = ReadPhotograph(file);
-  control.Report(0.1, "photograph read");
-  const OutputFolder out(options.out, {"summary.json", "silhouette.png", "camera.json",
-                                       "projected.png", "overlay.png", kRefused});
-  const PhotoResult result = MeasurePhoto(photo, WithScale(options, file));
-  if (control.cancelled()) return "";
+  const OutputFolder out(options.out, {"summary.json", silhouette, "camera.json", "projected.png",
+                                       "overlay.png", kRefused});
+  PhotoResult result = MeasurePhoto(photo, WithScale(options, file));
   if (result.fault != PhotoFault::kNone) {
     WritePng(result.overlay, out.Staged(kRefused));
     out.Publish();
-    throw InputError(file, std::string(ToString(result.fault)) + ": " + result.reason + " (see " +
-                               options.out + "/" + kRefused + ")");
+    *refusal = std::string(ToString(result.fault)) + ": " + result.reason;
+    return result;
   }
   const DrapeDiscs discs = MakeDiscs(options.photo);
-  WritePng(result.silhouette, out.Staged("silhouette.png"), discs);
+  WritePng(result.silhouette, out.Staged(silhouette), discs);
   WritePng(result.projected, out.Staged("projected.png"), discs);
   WritePng(result.overlay, out.Staged("overlay.png"));
   Json camera = CameraJson(result.camera);
@@ -149,18 +159,118 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
                                          .coefficient_sd = result.coefficient_sd,
                                          .warnings = result.warnings});
   WriteFileAtomically(out.Staged("camera.json"), camera.dump(2) + "\n");
-  WriteWithProvenance(out.Staged("summary.json"), SummaryJson(file, options, result));
+  Json summary = SummaryJson(file, options, result, silhouette);
+  summary["provenance"] = provenance();
+  WriteFileAtomically(out.Staged("summary.json"), summary.dump(2) + "\n");
   out.Publish();
   std::error_code ignored;
   std::filesystem::remove(options.out + "/" + kRefused, ignored);
-  return ResultText(file, options, result);
+  return result;
+}
+
+ToolOutcome RunOne(const PhotoToolOptions& options) {
+  const std::string& file = options.operands[0];
+  std::string refusal;
+  const PhotoResult result = Develop(file, options, "silhouette.png", MakeProvenance, &refusal);
+  if (!refusal.empty())
+    throw InputError(file, refusal + " (see " + options.out + "/" + kRefused + ")");
+  return {.text = ResultText(file, options, result),
+          .next = {"drape_fit", "--images=" + options.out + "/silhouette.png",
+                   "--camera_file=" + options.out + "/camera.json"}};
+}
+
+// The options of a photograph of a table.
+PhotoToolOptions RowOptions(const SampleRow& row, PhotoToolOptions options) {
+  if (row.diameter > 0) options.photo.specimen = row.diameter;
+  if (!row.of("warp").empty()) options.warp = row.of("warp");
+  options.out += "/" + row.name;
+  return options;
+}
+
+std::string SilhouetteName(const SampleRow& row) { return row.name + "/" + row.name + ".png"; }
+
+Study MakeStudy(const PhotoToolOptions& options, const std::vector<SampleRow>& rows) {
+  PhotoToolOptions copy = options;
+  Study study{.name = "photo", .settings = OptionSettings(PhotoTable(copy), {"threads"})};
+  for (const SampleRow& row : rows) {
+    const PhotoToolOptions own = RowOptions(row, options);
+    const nlohmann::json input = {
+        {"name", row.name}, {"specimen", own.photo.specimen}, {"warp", own.warp}};
+    study.cells.push_back(CheckedCell(row.name, input, [&] {
+      ReadWholeFile(row.file);
+      if (!options.photo.mask.empty()) ReadWholeFile(options.photo.mask);
+    }));
+  }
+  study.run = [&](std::size_t k, const RunControl& control) -> std::optional<nlohmann::json> {
+    if (control.cancelled()) return {};
+    std::string failure;
+    PhotoResult result;
+    try {
+      result = Develop(rows[k].file, RowOptions(rows[k], options), rows[k].name + ".png",
+                       MakePartProvenance, &failure);
+    } catch (const InputError& error) {
+      failure = error.what();
+    }
+    if (!failure.empty()) return nlohmann::json{{"failure", failure}};
+    return nlohmann::json{{"dc", result.shape.drape_coefficient},
+                          {"dc_sd", result.coefficient_sd},
+                          {"folds", result.shape.folds},
+                          {"warnings", result.warnings}};
+  };
+  study.is_whole = [&](std::size_t k, const nlohmann::json& result) {
+    return result.contains("failure") ||
+           std::filesystem::exists(options.out + "/" + SilhouetteName(rows[k]));
+  };
+  return study;
+}
+
+MeasuredSample MakeSample(SampleRow row, const nlohmann::json& result) {
+  row.cells["picture"] = std::exchange(row.file, SilhouetteName(row));
+  row.cells["file"] = row.file;
+  row.file = row.of("picture");
+  if (result.contains("failure")) return {.row = std::move(row), .error = result.at("failure")};
+  std::string notes;
+  for (const std::string each : result.at("warnings")) notes += (notes.empty() ? "" : "; ") + each;
+  return {.row = std::move(row),
+          .coefficient = result.at("dc"),
+          .coefficient_sd = result.at("dc_sd"),
+          .nodes = result.at("folds"),
+          .notes = notes};
+}
+
+// Each photograph of a table, a folder or a list.
+ToolOutcome RunEach(const PhotoToolOptions& options, const RunControl& control) {
+  const std::vector<std::string>& operands = options.operands;
+  const SampleTable table =
+      operands.size() == 1 ? ReadSamples(operands[0]) : SamplesOfFiles(operands, "");
+  const OutputFolder out(options.out, {"summary.json", "samples.csv", "statistics.csv"});
+  const Study study = MakeStudy(options, table.rows);
+  const StudyResult result =
+      RunStudy(study, {.out = options.out, .threads = CountThreads(options.threads)}, control);
+  if (result.cancelled) return {.cancelled = true};
+  std::vector<MeasuredSample> pictures;
+  for (std::size_t k = 0; k < table.rows.size(); ++k)
+    pictures.push_back(MakeSample(table.rows[k], *result.results[k]));
+  if (std::ranges::none_of(pictures, [](const auto& each) { return each.error.empty(); }))
+    throw InputError(operands[0], "no photograph can be measured; " + pictures[0].row.file + ": " +
+                                      pictures[0].error);
+  Json summary = {{"samples", SamplesJson(pictures)}};
+  WriteFileAtomically(out.Staged("samples.csv"), CsvOfObjects(summary["samples"]["pictures"]));
+  WriteFileAtomically(out.Staged("statistics.csv"), CsvOfObjects(summary["samples"]["groups"]));
+  const std::string text = SamplesText(summary["samples"]);
+  WriteWithProvenance(out.Staged("summary.json"), std::move(summary));
+  out.Publish();
+  return {.text = text};
 }
 
 ToolOutcome Run(const PhotoToolOptions& options, const RunControl& control) {
-  return {.text = RunPhoto(options, control),
-          .next = {"drape_fit", "--images=" + options.out + "/silhouette.png",
-                   "--camera_file=" + options.out + "/camera.json"},
-          .cancelled = control.cancelled()};
+  if (options.operands.empty())
+    throw InputError("command line", "found no file, expected a photograph or samples");
+  const std::string& first = options.operands[0];
+  return options.operands.size() == 1 && !IsSampleTable(first) &&
+                 !std::filesystem::is_directory(first)
+             ? RunOne(options)
+             : RunEach(options, control);
 }
 
 }  // namespace

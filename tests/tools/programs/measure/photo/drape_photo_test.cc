@@ -106,5 +106,41 @@ TEST_F(PhotoTool, ARefusalKeepsWhatWasThere) {
   EXPECT_FALSE(std::filesystem::exists(Path("out/refused.png")));
 }
 
+// Each photograph of a table has a folder, and a refused one a row with the reason. The same
+// command runs only what has changed.
+TEST_F(PhotoTool, SumsUpSamples) {
+  WritePhotoFile(SmallScene(), Picture(), Path("a.jpg"));
+  WritePhotoFile(SmallScene(), Picture(), Path("b.jpg"));
+  Write("c.jpg", "no picture");
+  const std::string table =
+      Write("samples.csv",
+            "file,fabric,specimen,Remark\na.jpg,wool,1,\"x, y\"\nb.jpg,wool,2,\n"
+            "c.jpg,felt,1,\n");
+  const ProcessResult result = Run(table);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("2 specimens"));
+  EXPECT_THAT(result.out, HasSubstr("note: not measured: " + Path("c.jpg")));
+  const Json samples = ReadJson(Path("out/summary.json"))["samples"];
+  EXPECT_NEAR(samples["groups"][0]["dc_percent"], 100 * Wool().coefficient, 0.7);
+  EXPECT_NEAR(samples["groups"][0]["dc_sd_percent"], 0.0, 1e-9);
+  EXPECT_THAT(samples["pictures"][2]["error"], HasSubstr("neither JPEG nor PNG"));
+  EXPECT_GT(ReadJson(Path("out/a/summary.json"))["specimen_in_overlay_px"][2], 300);
+  EXPECT_GT(ReadCamera(Path("out/b/camera.json")).eye_height, 0.9);
+  EXPECT_THAT(Read(Path("out/statistics.csv")), HasSubstr("\nwool,,,,2,"));
+  const std::string measured = Read(Path("out/samples.csv"));
+  EXPECT_THAT(measured, HasSubstr("file,fabric,specimen,Remark,picture,dc_percent,"));
+  EXPECT_THAT(measured, HasSubstr("\na/a.png,wool,1,\"x, y\"," + Path("a.jpg")));
+  ExpectOneLineError(
+      RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_fit",
+                  "--images=" + Path("out/samples.csv") + "#silk", "--out=" + Path("fit")}),
+      "has no picture, expected at least one of the fabric 'silk'");
+  const auto before = std::filesystem::last_write_time(Path("out/a/a.png"));
+  std::filesystem::remove(Path("out/b/b.png"));
+  EXPECT_EQ(Run(table).out, result.out);
+  EXPECT_EQ(std::filesystem::last_write_time(Path("out/a/a.png")), before);
+  EXPECT_TRUE(std::filesystem::exists(Path("out/b/b.png")));
+  ExpectOneLineError(Run(Write("none.csv", "file\nc.jpg\n")), "no photograph can be measured; ");
+}
+
 }  // namespace
 }  // namespace drape::test
