@@ -164,7 +164,8 @@ ordered_json FilesJson(const std::set<InputFile>& files) {
 }
 
 void AddPlaces(const Option& option, std::vector<std::string>* places) {
-  static const std::set<std::string> kOutputs = {"out", "csv", "overlay", "save_split"};
+  static const std::set<std::string> kOutputs = {"out", "csv", "overlay", "save_split",
+                                                 "statistics"};
   if (!option.is_path || kOutputs.contains(option.key)) return;
   const auto add = [&](std::string text) {
     std::error_code ignored;

@@ -66,7 +66,7 @@ std::string WithoutSlash(const std::string& path) {
 // Where the value of an option may be written to.
 std::vector<std::string> FindResults(const ListedOption& option, const std::string& value) {
   std::vector<std::string> results = {"out"};
-  for (const char* key : {"out", "csv", "overlay", "table", "save_split"})
+  for (const char* key : {"out", "csv", "statistics", "overlay", "table", "save_split"})
     if (option.key == key) results.push_back(WithoutSlash(value));
   return results;
 }

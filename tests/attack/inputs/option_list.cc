@@ -209,7 +209,7 @@ Values MakeResultPaths() {
 }
 
 Values MakePaths(const ListedOption& option) {
-  for (const char* result : {"out", "csv", "overlay", "table", "save_split"})
+  for (const char* result : {"out", "csv", "statistics", "overlay", "table", "save_split"})
     if (option.key == result) return MakeResultPaths();
   Values values = MakeTexts();
   for (const char* text : {"/no/such",

@@ -510,6 +510,11 @@ Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   return found;
 }
 
+// The name of the folder of a file.
+std::string ParentName(const std::string& file) {
+  return fs::weakly_canonical(file).parent_path().filename();
+}
+
 void RequireOnlyWith(const std::string& option, const std::string& value, bool fits,
                      const std::string& expected) {
   if (!value.empty() && !fits) throw InputError("option '" + option + "'", "expected " + expected);
@@ -530,15 +535,15 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
   if (operands.size() == 2) return CompareTwo(options, control);
   if (table) return MeasureEach(options, ReadSamples(operands[0]), control);
   if (folder) {
-    const std::string fabric = fs::weakly_canonical(operands[0]).filename();
-    return MeasureEach(options, SamplesOfFiles(DrapesIn(operands[0], 1), fabric), control);
+    const std::vector<std::string> files = DrapesIn(operands[0], 1);
+    return MeasureEach(options, SamplesOfFiles(files, ParentName(files[0])), control);
   }
   for (const std::string& operand : operands) {
     if (IsFolder(operand))
       throw InputError(operand, "is a folder among files, expected one folder, or files");
   }
   return one ? MeasureOne(options, operands[0])
-             : MeasureEach(options, SamplesOfFiles(operands, ""), control);
+             : MeasureEach(options, SamplesOfFiles(operands, ParentName(operands[0])), control);
 }
 
 Found EvaluateData(const MetricsOptions& options, const RunControl& control) {

@@ -92,7 +92,7 @@ def image_part(folder, image, page):
     return html.BLOCKS.columns(html.paragraph(name, "quiet") + picture, image_metrics(image) + notes)
 
 
-def small_image(folder, image, page):
+def small_image(folder, image):
     try:
         view, _, _, paths, rings, _ = image_outlines(folder, image, None)
     except InputError:  # the numbers are known
@@ -109,7 +109,9 @@ def images(folder, page):
     if len(found) > MOST_LARGE:
         return page.fit(f"{folder.name}: outlines of the images", html.paragraph(
             "Outlines of the images, blue, and of the fitted drapes, red.", "quiet") +
-            html.BLOCKS.multiples([small_image(folder, image, page) for image in found[:MOST_TILES]]))
+            html.BLOCKS.multiples([small_image(folder, image) for image in found[:MOST_TILES]]) + (
+                html.paragraph(f"The first {MOST_TILES} of {len(found)} images.", "missing")
+                if len(found) > MOST_TILES else ""))
     return html.BLOCKS.side_by_side([("", page.fit(text(image, "/file"), image_part(folder, image, page)))
                                      for image in found])
 
