@@ -55,7 +55,7 @@ TEST_F(MetricsTool, TwoImages) {
 }
 
 TEST_F(MetricsTool, SamplesHaveMeansAndDifferences) {
-  for (const auto& [name, radius] : {std::pair("a", 0.10), {"b", 0.11}, {"c", 0.12}, {"d", 0.125}})
+  for (const auto& [name, radius] : {std::pair("a", 0.10), {"b", 0.12}, {"c", 0.12}, {"d", 0.13}})
     AddDisc(std::string(name) + ".png", radius);
   const std::string table = Write("samples.csv",
                                   "file,fabric,specimen,diameter\na.png,soft,1,0.3\n"
@@ -63,11 +63,11 @@ TEST_F(MetricsTool, SamplesHaveMeansAndDifferences) {
   const ProcessResult result = Run({table, "--out=" + Path("m.json"), "--csv=" + Path("m.csv"),
                                     "--statistics=" + Path("s.csv")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("the drape coefficient of stiff is"));
+  EXPECT_THAT(result.out, HasSubstr("the drape coefficient of stiff is not distinguished"));
   const Json groups = ReadJson(Path("m.json"))["samples"]["groups"];
-  // (r² − .09²)/(.15² − .09²) of 10 and 11 cm: 13.2 and 27.8 %.
-  EXPECT_NEAR(groups[0]["dc_percent"], 20.5, 0.3);
-  EXPECT_NEAR(groups[0]["dc_sd_percent"], 10.3, 0.3);
+  // (r² − .09²)/(.15² − .09²) of 10 and 12 cm: 13.2 and 43.8 %.
+  EXPECT_NEAR(groups[0]["dc_percent"], 28.5, 0.3);
+  EXPECT_NEAR(groups[0]["dc_sd_percent"], 21.6, 0.3);
   EXPECT_THAT(Read(Path("m.csv")), HasSubstr("file,fabric,specimen,diameter,dc,"));
   EXPECT_THAT(Read(Path("s.csv")), HasSubstr("\nstiff,,,,2,"));
   Write("samples.csv", "file,diameter\na.png,0.3\nb.png,30 cm\n");
