@@ -567,12 +567,12 @@ TEST_F(ReportInABrowser, EveryPartIsFilledAndReadable) {
   const ProcessResult report = RunProcess(command);
   ASSERT_EQ(report.exit_code, 0) << report.err;
   EXPECT_THAT(Read(Path("report.html")), HasSubstr("class=\"fitted\""));
-  const ProcessResult check =
-      CheckPage("report.html", {"verdict", "images", "material", "outlines", "drape", "fields",
-                                "posterior", "prediction", "spectrum", "studies", "provenance"});
+  const ProcessResult check = CheckPage(
+      "report.html", {"certificate", "verdict", "images", "material", "outlines", "drape", "fields",
+                      "posterior", "prediction", "spectrum", "studies", "provenance"});
   if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
-  EXPECT_THAT(check.out, testing::ContainsRegex("11 parts, 5 charts, 6 drapes"));
+  EXPECT_THAT(check.out, testing::ContainsRegex("12 parts, 5 charts, 6 drapes"));
 }
 
 // Two certificates and their comparison, each on one sheet.
