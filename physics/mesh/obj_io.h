@@ -33,8 +33,8 @@ struct ObjContent {
 };
 
 // Cuts a polygon into triangles of its corners, by their numbers, from the corner that gives the
-// largest smallest triangle. Throws InputError (prefix `where`) where no corner sees all others,
-// and for more than 1000.
+// largest smallest triangle. Throws InputError (prefix `where`) where no corner of more than
+// four sees all others, and for more than 1000.
 std::vector<std::array<int, 3>> SplitPolygon(const std::vector<Eigen::Vector3d>& corners,
                                              const std::string& where);
 

@@ -132,13 +132,15 @@ WeightedRows ExperimentRows(const FitReport& report, Eigen::MatrixXd jacobian) {
           .tell_stretching = true};
 }
 
-// The tables that explain images which are fitted from a pool: of the first fits and the result,
-// and, with as much weight together, of the pooled drapes that are like the images.
+// The tables that explain images which are fitted from a pool, or contours: of the first fits and
+// the result, and, from a pool, with as much weight together, of the drapes that are like the
+// images.
 std::vector<BranchTables> ListBranches(const FitProblem& problem, const StagedFitState& state,
                                        const MaterialField& result) {
   if (state.first_fits.empty()) return {};
   std::vector<BranchTables> branches = {{result}};
   for (const MaterialField& tables : state.first_fits) branches.push_back({tables});
+  if (!problem.is_pooled) return branches;
   const std::vector<MaterialField> pooled = ListStartTables(problem);
   const double weight = double(branches.size()) / double(pooled.size());
   for (const MaterialField& tables : pooled) branches.push_back({tables, weight});
@@ -166,7 +168,7 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
   const bool is_trusted = !of_experiment || rows.jacobian.size() > 0;
   const MaterialField mean = MeanTables(report.material);
   const std::vector<BranchTables> branches = ListBranches(problem, state, mean);
-  const double model_deviation = branches.empty() ? kModelDeviation : kBranchDeviation;
+  const double model_deviation = problem.is_pooled ? kBranchDeviation : kModelDeviation;
   Judgement judge = JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows,
                                    spec.stages.prior_sigma, model_deviation);
   const LogQuantity stretch = [&](const MaterialField& tables) {

@@ -289,7 +289,8 @@ class StagedFitter {
     if (done == int(state.candidates.size()) || succeeded == CountWanted(options_, state)) {
       if (state.round == 0) LogStarts(state, succeeded, CountWanted(options_, state));
       for (FitCandidate& each : state.candidates) each.done = false;
-      if (problem_.is_pooled && state.parts_done == 0 && state.round == 0) KeepFirstFits(state);
+      if (LeavesBranchOpen(problem_) && state.parts_done == 0 && state.round == 0)
+        KeepFirstFits(state);
       ++state.round;
     }
     state.fit_seconds += Lap();
@@ -415,6 +416,13 @@ FitProblem ForIntervals(FitProblem problem) {
   for (Observation& each : problem.observations) widen(each.experiment);
   for (SettledExperiment& each : problem.further) widen(each.experiment);
   return problem;
+}
+
+bool LeavesBranchOpen(const FitProblem& problem) {
+  if (problem.is_pooled) return true;
+  const Experiment* experiment = FindExperiment(problem);
+  return experiment != nullptr && problem.strips == nullptr && problem.further.empty() &&
+         std::ranges::all_of(experiment->measurements, &Measurement::is_contour);
 }
 
 const char* MisfitUnit(const FitProblem& problem) {

@@ -129,6 +129,9 @@ std::vector<Observation> LaidObservations(const FitProblem& problem, const FitCa
 
 // The experiment that is searched; nullptr where images are fitted.
 const Experiment* FindExperiment(const FitProblem& problem);
+// Whether what is fitted explains several branches about as well: images that start from a pool,
+// and an experiment that is seen by its contours alone [METHODS, P78].
+bool LeavesBranchOpen(const FitProblem& problem);
 // The problem for intervals: all its experiments are (ForIntervals).
 FitProblem ForIntervals(FitProblem problem);
 // The unit of misfits: px of outlines, sigma of experiments.
@@ -164,8 +167,8 @@ struct StagedFitState {
   // The candidates of this round. The first round has more than are wanted, since some guesses have
   // no stable drape or the same drape as another.
   std::vector<FitCandidate> candidates;
-  // The tables that the first round has fitted from a pool and whose misfit is at most twice the
-  // least: what branches say of the fabric.
+  // Where LeavesBranchOpen, the tables that the first round has fitted and whose misfit is at most
+  // twice the least: what branches say of the fabric.
   std::vector<MaterialField> first_fits;
   int round = 0;
   int iterations = 0;

@@ -77,6 +77,29 @@ TEST_F(ExperimentFitTest, TwoExperimentsAreOneFit) {
   EXPECT_EQ(measurements[1]["numbers"], 1);
 }
 
+// Several branches explain contours and pooled images; markers and further tests tell them apart.
+TEST(LeavesBranchOpen, HoldsForContoursAloneAndForPooledImages) {
+  const auto seen_by = [](std::vector<bool> are_contours) {
+    Experiment experiment;
+    for (const bool is_contour : are_contours)
+      experiment.measurements.push_back({.name = "seen", .readout = {}, .is_contour = is_contour});
+    FitProblem problem;
+    problem.observations.emplace_back().experiment =
+        std::make_shared<const Experiment>(std::move(experiment));
+    return problem;
+  };
+  EXPECT_TRUE(LeavesBranchOpen(seen_by({true, true})));
+  EXPECT_FALSE(LeavesBranchOpen(seen_by({true, false})));
+  FitProblem joint = seen_by({true});
+  joint.further.resize(1);
+  EXPECT_FALSE(LeavesBranchOpen(joint));
+  FitProblem image;
+  image.observations.resize(1);
+  EXPECT_FALSE(LeavesBranchOpen(image));
+  image.is_pooled = true;
+  EXPECT_TRUE(LeavesBranchOpen(image));
+}
+
 // The shipped experiment, made in memory too.
 class ExperimentInMemoryTest : public FitJobTest {
  protected:

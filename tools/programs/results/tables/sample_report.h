@@ -22,7 +22,7 @@ struct MeasuredSample {
 // Sums up pictures by fabric, sample (where a fabric has several), specimen and face. The value of
 // a specimen is the mean of its faces, each the mean of its pictures; that of a sample the mean of
 // its specimens; that of a fabric the mean of its samples. So repeats add no degrees of freedom
-// [METHODS, P80]. Nodes are the most frequent numbers.
+// [METHODS, P79]. Nodes are the most frequent numbers.
 // {"pictures": [{columns, "dc_percent", "dc_sd_percent", "nodes", "notes", "error"}], "groups":
 // [{"fabric", "sample", "specimen", "face", "pictures", "dc_percent", "dc_sd_percent", "n", "of",
 // "dc_low_percent", "dc_high_percent", "nodes"}], "differences": [{"a", "b", "dc_points", "low",
