@@ -12,10 +12,9 @@ namespace {
 std::vector<Option> DataOptions(FitToolOptions& options) {
   FitData& data = options.data;
   return {
-      PathOption(
-          "images", &options.images,
-          "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns, or a "
-          "table of samples (drape_photo --help), of one fabric as samples.csv#fabric"),
+      PathOption("images", &options.images,
+                 "silhouettes of one fabric, fitted jointly: files, folders, patterns, "
+                 "samples.csv#fabric"),
       {.key = "each",
        .value = &options.each,
        .doc =

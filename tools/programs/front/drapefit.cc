@@ -150,9 +150,10 @@ double FindMass(const ShortWayOptions& options, const SampleTable& table,
   for (const SampleRow& row : table.rows)
     if (row.of("fabric") == fabric && row.mass > 0) return row.mass;
   if (options.mass > 0) return options.mass;
-  throw InputError(table.path.empty() ? "option 'mass'" : table.path,
-                   "has no mass of the fabric '" + fabric +
-                       "', expected the mass by area in g/m2, as weighed, as --mass or in the "
+  const bool is_table = !table.path.empty();
+  throw InputError(is_table ? table.path : "option 'mass'",
+                   (is_table ? "has no mass of the fabric '" + fabric + "'" : "is missing") +
+                       ", expected the mass by area in g/m2, as weighed, as --mass or in the "
                        "column 'mass': a drape shows stiffness over weight");
 }
 
@@ -163,14 +164,15 @@ std::string FitFolder(const std::string& out, std::string fabric) {
   return fabric.empty() ? out + "/fit" : out + "/fit_" + fabric;
 }
 
-// The steps that make sense for a picture, or for a table with rows, and the programs that are
-// here.
+// The steps that make sense for a picture, or a table with rows, and the programs that are here.
 std::vector<Step> PlanSteps(const ShortWayOptions& options, const SampleTable& table,
                             const std::string& folder, const std::string& config,
                             const std::string& out) {
   using Words = std::vector<std::string>;
   const std::string operand = options.operands[0];
   const bool many = !table.rows.empty();
+  const Words fabrics = many ? table.Fabrics() : Words{""};
+  for (const std::string& fabric : fabrics) FindMass(options, table, fabric);  // or throws
   const Words warp = {"--warp=" + options.warp},
               threads = {Format("--threads=%d", options.threads)};
   Words discs = {Format("--support=%g", options.support)}, scale;
@@ -210,7 +212,6 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const SampleTable& t
                            "--statistics=" + out + "/statistics.csv", "--out=" + results[0]}),
          results[0]});
   }
-  const Words fabrics = many ? table.Fabrics() : Words{""};
   for (const std::string& fabric : fabrics) {
     const std::string fit = FitFolder(out, fabrics.size() > 1 ? fabric : "");
     const double density = FindMass(options, table, fabric) / kGramsPerKilogram;
