@@ -245,7 +245,8 @@ SampleTable ReadSamples(const std::string& path) {
                       : fs::is_directory(file) ? ReadFolder(file)
                                                : ReadTable(file);
   if (!fabric.empty())
-    std::erase_if(table.rows, [&](const SampleRow& row) { return row.of("fabric") != fabric; });
+    std::erase_if(table.rows,
+                  [&kept = fabric](const SampleRow& row) { return row.of("fabric") != kept; });
   if (table.rows.empty())
     throw InputError(path,
                      "has no picture, expected at least one" +

@@ -11,7 +11,7 @@
 namespace drape {
 
 // A picture of a table of samples.
-struct SampleRow {
+struct SampleRow {               // NOLINT(bugprone-exception-escape)
   std::string file;              // path of the picture
   std::string name;              // of results of it: that of the file, with its folder where needed
   nlohmann::ordered_json cells;  // a text for each column, "" where the row has none

@@ -56,6 +56,36 @@ struct WearSpec {
   WearOptions wear = {};                // its time step is the largest, its frames are not used
 };
 
+template <MutableOrConst<BodyFiles> Files, class Visitor>
+void VisitFields(Files& files, Visitor&& visit) {
+  auto& [frames_per_second, up, front, scale, offset, grow] = files;
+  visit(frames_per_second, Field{.key = "body_fps",
+                                 .doc = "files of a body of your own for each second",
+                                 .unit = "1/s",
+                                 .least = 1,
+                                 .most = 1000});
+  const std::vector<std::string> axes = {"auto", "x", "-x", "y", "-y", "z", "-z"};
+  visit(up, Field{.key = "body_up",
+                  .doc = "axis of those files that points up; auto: guessed and reported",
+                  .choices = axes});
+  visit(front, Field{.key = "body_front",
+                     .doc = "axis to which the body faces; auto: guessed by the toes",
+                     .choices = axes});
+  visit(scale, Field{.key = "body_scale",
+                     .doc = "their unit of length, such as 0.01; 0: guessed",
+                     .unit = "m",
+                     .least = 0,
+                     .most = 1});
+  visit(offset, Field{.key = "body_offset",
+                      .doc = "moves the body, z up, by x,y,z; not given: its feet to "
+                             "z = 0, its hips to x = y = 0",
+                      .unit = "m",
+                      .least = -1000,
+                      .most = 1000});
+  visit(grow,
+        Field{.key = "body_grow", .doc = "the body grows to its size in the first half second"});
+}
+
 template <MutableOrConst<WearSpec> Spec, class Visitor>
 void VisitFields(Spec& spec, Visitor&& visit) {
   auto& [garment, body, body_files, edge, draws, seed, seconds, wear] = spec;
@@ -68,32 +98,7 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                            "a body of your own (OBJ, STL, PLY): a file, or DIR/body_%04d.obj",
                     .is_path = true,
                     .words = {"mannequin:"}});
-  visit(body_files.frames_per_second, Field{.key = "body_fps",
-                                            .doc = "files of a body of your own for each second",
-                                            .unit = "1/s",
-                                            .least = 1,
-                                            .most = 1000});
-  const std::vector<std::string> axes = {"auto", "x", "-x", "y", "-y", "z", "-z"};
-  visit(body_files.up,
-        Field{.key = "body_up",
-              .doc = "axis of those files that points up; auto: guessed and reported",
-              .choices = axes});
-  visit(body_files.front, Field{.key = "body_front",
-                                .doc = "axis to which the body faces; auto: guessed by the toes",
-                                .choices = axes});
-  visit(body_files.scale, Field{.key = "body_scale",
-                                .doc = "their unit of length, such as 0.01; 0: guessed",
-                                .unit = "m",
-                                .least = 0,
-                                .most = 1});
-  visit(body_files.offset, Field{.key = "body_offset",
-                                 .doc = "moves the body, z up, by x,y,z; not given: its feet to "
-                                        "z = 0, its hips to x = y = 0",
-                                 .unit = "m",
-                                 .least = -1000,
-                                 .most = 1000});
-  visit(body_files.grow,
-        Field{.key = "body_grow", .doc = "the body grows to its size in the first half second"});
+  VisitFields(body_files, visit);
   visit(edge, Field{.key = "edge",
                     .doc = "length of the triangles' edges",
                     .unit = "m",

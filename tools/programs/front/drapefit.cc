@@ -164,73 +164,84 @@ std::string FitFolder(const std::string& out, std::string fabric) {
   return fabric.empty() ? out + "/fit" : out + "/fit_" + fabric;
 }
 
+using Words = std::vector<std::string>;
+
+Words ScaleWords(const ScaleInput& scale) {
+  Words words;
+  if (scale.dpi) words.push_back("--dpi");
+  std::string ruler;
+  for (const double number : scale.ruler)
+    ruler += Format("%s%.9g", ruler.empty() ? "--ruler=" : ",", number);
+  if (!ruler.empty()) words.push_back(ruler);
+  return words;
+}
+
+Step PhotoStep(const ShortWayOptions& options, const std::string& folder, const Words& discs,
+               const std::string& out) {
+  if (!HasProgram(folder, "photo"))
+    throw InputError("drape_photo",
+                     "is not among the programs here, expected for a photograph; "
+                     "make a silhouette of it, black cloth on white");
+  const Words scale = ScaleWords(options.scale);
+  Words focal;
+  if (!scale.empty()) focal.push_back("--marker=none");
+  if (options.focal_35mm > 0) focal.push_back(Format("--focal_35mm=%g", options.focal_35mm));
+  return {"photo",
+          Concatenate(options.operands, discs, scale, focal, Words{"--warp=" + options.warp},
+                      Words{"--out=" + out}),
+          out + "/summary.json"};
+}
+
+Step FitStep(const ShortWayOptions& options, const std::string& config, const Words& images,
+             double mass, const std::string& out) {
+  return {"fit",
+          Concatenate(
+              Words{"--config=" + config}, images,
+              Words{Format("--density=%.9g", mass / kGramsPerKilogram), "--warp=" + options.warp,
+                    Format("--threads=%d", options.threads), "--out=" + out}),
+          out + "/summary.json"};
+}
+
 // The steps that make sense for a picture, or a table with rows, and the programs that are here.
 std::vector<Step> PlanSteps(const ShortWayOptions& options, const SampleTable& table,
                             const std::string& folder, const std::string& config,
                             const std::string& out) {
-  using Words = std::vector<std::string>;
-  const std::string operand = options.operands[0];
+  std::string images = options.operands[0];
   const bool many = !table.rows.empty();
   const Words fabrics = many ? table.Fabrics() : Words{""};
   for (const std::string& fabric : fabrics) FindMass(options, table, fabric);  // or throws
-  const Words warp = {"--warp=" + options.warp},
-              threads = {Format("--threads=%d", options.threads)};
-  Words discs = {Format("--support=%g", options.support)}, scale;
+  Words discs = {Format("--support=%g", options.support)};
   if (!many || table.rows[0].diameter == 0.0)
     discs.insert(discs.begin(), Format("--specimen=%g", options.specimen));
-  if (options.scale.dpi) scale.push_back("--dpi");
-  std::string ruler;
-  for (const double number : options.scale.ruler)
-    ruler += Format("%s%.9g", ruler.empty() ? "--ruler=" : ",", number);
-  if (!ruler.empty()) scale.push_back(ruler);
-
   std::vector<Step> steps;
-  std::string images = operand;
-  Words results, of_images = Concatenate(scale, discs);
-  if (!ShowsSilhouette(options, many ? table.rows[0].file : operand)) {
-    if (!HasProgram(folder, "photo"))
-      throw InputError("drape_photo",
-                       "is not among the programs here, expected for a photograph; "
-                       "make a silhouette of it, black cloth on white");
-    Words focal;
-    if (!scale.empty()) focal.push_back("--marker=none");
-    if (options.focal_35mm > 0) focal.push_back(Format("--focal_35mm=%g", options.focal_35mm));
+  Words results, of_images = Concatenate(ScaleWords(options.scale), discs);
+  if (!ShowsSilhouette(options, many ? table.rows[0].file : images)) {
     const std::string photo = out + "/photo";
-    steps.push_back(
-        {"photo", Concatenate(Words{operand}, discs, scale, focal, warp, Words{"--out=" + photo}),
-         photo + "/summary.json"});
+    steps.push_back(PhotoStep(options, folder, discs, photo));
     images = photo + (many ? "/samples.csv" : "/silhouette.png");
     of_images = {"--camera_file=" + (many ? "beside" : photo + "/camera.json")};
     if (many) results = {photo};
     if (!many) of_images = Concatenate(of_images, discs);
   } else if (many) {
     results = {out + "/metrics.json"};
-    steps.push_back(
-        {"metrics",
-         Concatenate(Words{operand}, of_images,
-                     Words{"--csv=" + out + "/metrics.csv",
-                           "--statistics=" + out + "/statistics.csv", "--out=" + results[0]}),
-         results[0]});
+    const Words files = {"--csv=" + out + "/metrics.csv", "--statistics=" + out + "/statistics.csv",
+                         "--out=" + results[0]};
+    steps.push_back({"metrics", Concatenate(Words{images}, of_images, files), results[0]});
   }
   for (const std::string& fabric : fabrics) {
-    const std::string fit = FitFolder(out, fabrics.size() > 1 ? fabric : "");
-    const double density = FindMass(options, table, fabric) / kGramsPerKilogram;
-    steps.push_back(
-        {"fit",
-         Concatenate(Words{"--config=" + config,
-                           "--images=" + (fabric.empty() ? images : images + "#" + fabric)},
-                     of_images, Words{Format("--density=%.9g", density)}, warp, threads,
-                     Words{"--out=" + fit}),
-         fit + "/summary.json"});
-    results.push_back(fit);
+    results.push_back(FitFolder(out, fabrics.size() > 1 ? fabric : ""));
+    const Words own = {"--images=" + (fabric.empty() ? images : images + "#" + fabric)};
+    steps.push_back(FitStep(options, config, Concatenate(own, of_images),
+                            FindMass(options, table, fabric), results.back()));
   }
   if (!many) {
     results.push_back(out + "/predict");
-    steps.push_back({"predict",
-                     Concatenate(Words{"--fabric=" + out + "/fit", "--mesh=disc:600"}, discs,
-                                 Words{Format("--draws=%d", options.draws)}, threads,
-                                 Words{"--out=" + results.back()}),
-                     results.back() + "/summary.json"});
+    steps.push_back(
+        {"predict",
+         Concatenate(Words{"--fabric=" + out + "/fit", "--mesh=disc:600"}, discs,
+                     Words{Format("--draws=%d", options.draws),
+                           Format("--threads=%d", options.threads), "--out=" + results.back()}),
+         results.back() + "/summary.json"});
   }
   const std::string page = out + "/report.html";
   if (HasProgram(folder, "report"))

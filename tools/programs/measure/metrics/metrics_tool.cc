@@ -169,7 +169,7 @@ struct ComparedPair {
   std::vector<std::string> notes;  // on the images
 };
 // One drape by itself, or why it could not be measured.
-struct MeasuredDrape {
+struct MeasuredDrape {  // NOLINT(bugprone-exception-escape)
   std::string file;
   std::string error;   // empty: measured
   SampleRow row = {};  // of a table

@@ -499,11 +499,14 @@ TEST_F(ReportTest, CertificatesComeFirst) {
                         {{"title", "M"},
                          {"rows",
                           {row("bending_length_overall_cm", "bending length c", "measured"),
+                           row("bending_overall_un_m", "bending rigidity B",
+                               "measured, if the assumed mass is right"),
                            row("shear_n_per_m", "shear rigidity G", "from the prior")}}}}}}});
   const std::string page = Page({samples, fit});
   for (const char* part :
        {"<h3>Drape of felt</h3>", "<dd>A &lt;b&gt;</dd>", "face up", "42.0 ± 1.5", "3 specimens",
         "40.0 … 44.0", "6 or 7", "<dd>1.23 cm (90 %: 1 … 2)</dd>",
+        "<dd>1.23 cm (90 %: 1 … 2), if the assumed mass is right</dd>",
         "<li class=\"usable\">Shape: usable", "Not measured, but from the prior: shear rigidity G.",
         "30.0, sd unknown", "<li>The drape coefficient of felt is higher.</li>",
         "drapefit report: felt, wool", "<summary>From the prior, not measured (1)</summary>"})

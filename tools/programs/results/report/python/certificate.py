@@ -115,7 +115,7 @@ def bending_rows(fit):
 def bending_text(row):
     value, ends = number(row, "/value"), interval(number(row, "/low"), number(row, "/high"), "%.3g")
     return (text(row, "/text") if value is None else "%.3g" % value) + f" {text(row, '/unit')}" + (
-        "" if ends == UNKNOWN else f" (90 %: {ends})")
+        "" if ends == UNKNOWN else f" (90 %: {ends})") + text(row, "/source").removeprefix("measured")
 
 
 def not_measured(fit):
@@ -172,8 +172,7 @@ class Certificate:
         bending = [(text(row, "/name"), bending_text(row)) for row in bending_rows(self.fit)]
         return html.BLOCKS.certificate(
             self.name, self.facts(photo), photograph(photo, page) or silhouette(self.fit, page), faces,
-            bending, lamps, not_measured(self.fit) if self.fit else [],
-            self.notes())
+            bending, lamps, not_measured(self.fit) if self.fit else [], self.notes())
 
 
 def certificates(folders):
@@ -207,10 +206,11 @@ def ratio_text(a, b):
     (x, x_low, x_high), (y, y_low, y_high) = values
     low, high = (x / y * math.exp(sign * math.hypot(math.log(x / end), math.log(y / other)))
                  for sign, end, other in ((-1, x_low, y_high), (1, x_high, y_low)))
+    condition = max(text(row, "/source").removeprefix("measured") for row in rows)
     ratio = "%.2g times (90 %%: %.2g … %.2g)" % (x / y, low, high)
     return (f"the bending rigidity of {a.name} is {ratio} that of {b.name}" if low > 1 else
             f"the bending rigidity of {a.name} is not distinguished from that of {b.name}: the ratio is "
-            + ratio.replace(" times", ""))
+            + ratio.replace(" times", "")) + condition
 
 
 def comparison(found, folders):
