@@ -75,7 +75,7 @@ class Laboratory {
       drapes.push_back(each.end.x);
     return drapes;
   }
-  // By the area of the vertical projection of the whole cloth.
+  // The coefficient by the vertical projection of the whole cloth.
   double Coefficient(const Eigen::VectorXd& x) const {
     const Camera above;
     return DrapeCoefficient(CoverageArea(Rasterize(mesh(), x, above, 8), above), {});

@@ -31,7 +31,7 @@ struct SampleTable {
   std::vector<std::string> Fabrics() const;  // by their first rows
   // The value of all rows of a column; "" without one. Throws InputError for rows that differ.
   std::string Common(const std::string& column) const;
-  // For each row the number of its specimen, from 1; empty where a row names none.
+  // The number of the specimen of each row, from 1; empty where a row names none.
   std::vector<int> SpecimenNumbers() const;
 };
 

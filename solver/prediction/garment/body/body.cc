@@ -28,7 +28,7 @@ constexpr double kLowerSeconds = .75;  // in which the arms come down
 
 Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
 
-// From 0 at s ≤ 0 to 1 at s ≥ 1, with two continuous derivatives.
+// Rises from 0 at s ≤ 0 to 1 at s ≥ 1, with two continuous derivatives.
 double SmoothStep(double s) {
   s = std::clamp(s, 0.0, 1.0);
   return s * s * s * (s * (6 * s - 15) + 10);
@@ -66,8 +66,8 @@ class FrameNames {
   int digits_ = 0;
 };
 
-// Where faces of a surface meet, for a note: empty where none do, and nothing where contact cannot
-// take the surface, which is open or has a face without an area.
+// The place where faces of a surface meet, for a note: empty where none do, and nothing where
+// contact cannot take the surface, which is open or has a face without an area.
 std::optional<std::string> FindMeetings(const ObjSurface& surface, const std::string& path) {
   try {
     RequireClosed(surface, path);
@@ -239,7 +239,7 @@ class BodySequence : public Body {
   }
 
  private:
-  // Of its size from the beginning.
+  // Positions of the body as it is grown, from the beginning.
   Eigen::VectorXd Grown(double t) const {
     const double last = static_cast<double>(frames_.size()) - 1;
     const double place = std::clamp((t - start_) * files_.frames_per_second, 0.0, last);
@@ -299,7 +299,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
     CheckSpeed(before, next.x, frames_per_second, path, names.Name(k - 1));
     before = next.x;
     frames.push_back(wrap ? wrap->At(next.x) : next.x);
-    if (FindMeetings({frames.back(), body.triangles}, path) != "" && meetings == "")
+    if (meetings == "" && FindMeetings({frames.back(), body.triangles}, path) != "")
       NoteInput(path, "the body meets itself from here on, and may pinch cloth");
   }
   if (!names.is_one()) CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));

@@ -45,7 +45,7 @@ class Samples {
   // The share of its box that the body fills.
   double fill() const { return std::abs(volume_) / extent_.prod(); }
 
-  // From 0, mirrored about the middle of an axis, to 2.
+  // Ranges from 0, mirrored about the middle of an axis, to 2.
   double Asymmetry(int axis) const {
     constexpr int kBins = 16;
     std::array<double, kBins> bin = {};
@@ -112,8 +112,8 @@ Axes FindAxes(const Samples& samples) {
   return axes;
 }
 
-// Of a person the toes are further off the ankles than the heels are. False where the feet do not
-// tell, and there `backwards` is as other programs have it.
+// The toes of a person are further off the ankles than the heels. Where the feet do not tell,
+// `backwards` is as other programs have it.
 void FindFront(const Samples& samples, Axes* axes) {
   constexpr double kTells = .01;  // of the height
   const auto foot = samples.Between(axes->up, axes->turned, 0, .05, axes->depth);
@@ -168,7 +168,7 @@ void CheckUpright(const ObjSurface& body, const BodyFiles& files, const std::str
                                 (files.up == "z" ? "=y" : "=z"));
 }
 
-// Where the feet and the hips of a body in metres have to be moved to.
+// The move that puts feet and hips of a body in metres in their place [m].
 std::vector<double> FindOffset(const ObjSurface& body) {
   constexpr double kFloor = .05, kHips = .1;  // that far off nothing is moved [m]
   const auto x = body.x.reshaped(3, body.x.size() / 3);

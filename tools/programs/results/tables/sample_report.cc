@@ -178,7 +178,7 @@ Json DifferenceJson(const Group& a, const Group& b) {
           {"text", text}};
 }
 
-// Of all pairs of fabrics whose specimens are of one size.
+// Differences of all pairs of fabrics whose specimens are of one size.
 Json DifferencesJson(const Pictures& measured) {
   std::vector<Group> fabrics;
   for (const auto& [fabric, seen] : SplitBy(measured, "fabric"))

@@ -37,7 +37,7 @@ class BodySequenceTest : public FileFixture {
     for (std::size_t i = 0; i < vertices.size(); ++i) surface.x.segment<3>(3 * i) = vertices[i];
     WriteObj(Path("body_000" + std::to_string(number) + ".obj"), surface);
   }
-  // As metres with z up, and of its size from the beginning.
+  // Reads metres with z up and does not grow the body.
   std::unique_ptr<Body> ReadAll(double frames_per_second = 10) const {
     BodyFiles files = kAsItIs;
     files.frames_per_second = frames_per_second;

@@ -57,7 +57,7 @@ double Volume(const ObjSurface& surface) {
   return volume;
 }
 
-// In other axes: the person's up and front there, the unit, and the place.
+// Axes, unit and place in which another program has the person.
 struct Other {
   std::string up, front;
   double unit;
@@ -161,7 +161,7 @@ TEST(Follower, MovesRigidlyWithTheSurface) {
   EXPECT_LT((Follower(ball, points).At(moved(ball.x)) - moved(points)).norm(), 1e-9);
 }
 
-// Of a sphere the coordinates are eigenfunctions of the flow, −2/r² their eigenvalue.
+// The coordinates of a sphere are eigenfunctions of the flow, with the eigenvalue −2/r².
 TEST(Contract, DrawsASphereTogether) {
   constexpr double kRadius = .3, kLength = .17;
   const ObjSurface ball = Surface(test::MakeBall(kRadius, 4));
@@ -187,7 +187,7 @@ TEST_F(ForeignBodyTest, GrowsToItsSize) {
   EXPECT_LT((body->Positions(kGrowSeconds) - Person().x).cwiseAbs().maxCoeff(), 1e-4);
   const Eigen::VectorXd start = body->Positions(0);
   EXPECT_THAT(FindSelfIntersections(body->triangles(), start), IsEmpty());
-  // As ours, which is .25 by the halves of its radii.
+  // Our mannequin has .25 by the halves of its radii.
   EXPECT_NEAR(Volume({start, body->triangles()}) / Volume(Person()), .25, .1);
   EXPECT_TRUE(body->PelvisMotion(.2).isApprox(Eigen::Isometry3d::Identity()));
 }
