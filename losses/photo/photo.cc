@@ -516,6 +516,7 @@ class Development {
                  "more pixels tells more",
                  100 * result_.coefficient_sd));
     result_.projected = RenderProfile(radius);
+    result_.radius = radius;
   }
 
   // Adds the errors of the scale, the blurred edge of the outline, the estimated heights of the hem

@@ -124,6 +124,7 @@ pid_t StartProgram(const std::vector<std::string>& arguments, int in, int out, i
   setpgid(0, 0);
   if (dup2(in, STDIN_FILENO) < 0 || dup2(out, STDOUT_FILENO) < 0 || dup2(errors, STDERR_FILENO) < 0)
     _exit(kCannotStart);
+  close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);  // sockets of a server, say
   sigset_t none;  // the signals that this process blocks, it blocks for itself alone
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);

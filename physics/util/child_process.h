@@ -17,8 +17,8 @@ struct ProgramResult {
   std::string output, errors;
 };
 
-// Starts a program, found on PATH and without a shell, on three descriptors; `arguments` begins
-// with its name. It is in a process group of its own, out of reach of Ctrl-C, and ends with the
+// Starts a program, found on PATH and without a shell, on three descriptors, with no other open
+// ones; `arguments` begins with its name. It is in a process group of its own, out of reach of Ctrl-C, and ends with the
 // thread that started it. Its exit code is 127 when there is no such program.
 pid_t StartProgram(const std::vector<std::string>& arguments, int in, int out, int errors);
 

@@ -49,21 +49,36 @@ Eigen::VectorXd SeeProfile(const Observation& observation, int angles) {
                          observation.discs);
 }
 
+// Returns whether the pool has drapes like the one that they were found for.
+bool IsLike(const OutlinePool& pool, const PooledLength& found) {
+  return found.distance <= kPerOverhang * (pool.discs.specimen - pool.discs.support);
+}
+
+LaboratoryRow UnknownRow(LaboratoryRow row) {
+  row.interval = {-kInfinity, kInfinity};
+  row.source = kOriginNotKnown;
+  return row;
+}
+
+LaboratoryRow LengthRow(const OutlinePool& pool, const PooledLength& found) {
+  LaboratoryRow row{.key = kLengthKey, .name = "bending length c, overall", .unit = "cm"};
+  if (!IsLike(pool, found)) return UnknownRow(std::move(row));
+  row.source = kMeasured;
+  return WithLength(std::move(row), found, 1.0, kCentimetres);
+}
+
 LaboratorySheet MakeSheet(const OutlinePool& pool, const Observation& observation,
                           const FitInput& input) {
   const PooledLength found =
       WithModelError(EstimateBendingLength(pool, SeeProfile(observation, kPoolAngles)));
-  LaboratoryRow length{.key = kLengthKey, .name = "bending length c, overall", .unit = "cm"},
-      rigidity{.key = kRigidityKey, .name = "bending rigidity B, overall", .unit = "µN·m"};
-  if (found.distance > kPerOverhang * (pool.discs.specimen - pool.discs.support)) {
-    length.interval = rigidity.interval = {-kInfinity, kInfinity};
-    length.source = rigidity.source = kOriginNotKnown;
-  } else {
-    length = WithLength(std::move(length), found, 1.0, kCentimetres);
+  LaboratoryRow rigidity{
+      .key = kRigidityKey, .name = "bending rigidity B, overall", .unit = "µN·m"};
+  if (IsLike(pool, found)) {
+    rigidity.source = input.density_is_given ? kMeasured : kMeasuredIfMass;
     rigidity = WithLength(std::move(rigidity), found, 3.0,
                           kMicro / BendOverWeight(1.0, input.problem.material.density));
-    length.source = kMeasured;
-    rigidity.source = input.density_is_given ? kMeasured : kMeasuredIfMass;
+  } else {
+    rigidity = UnknownRow(std::move(rigidity));
   }
   LaboratorySheet sheet =
       DrapeSheet(MeasureLaboratoryDrape(SeeProfile(observation, kReportAngles), observation.discs),
@@ -71,7 +86,7 @@ LaboratorySheet MakeSheet(const OutlinePool& pool, const Observation& observatio
   std::erase_if(sheet.rows, [](const LaboratoryRow& row) {
     return row.key != "dc_percent" && row.key != "nodes";
   });
-  sheet.rows.insert(sheet.rows.end(), {std::move(length), std::move(rigidity)});
+  sheet.rows.insert(sheet.rows.end(), {LengthRow(pool, found), std::move(rigidity)});
   return sheet;
 }
 
@@ -91,6 +106,15 @@ std::vector<LaboratorySheet> AnswerAtOnce(const FitInput& input, const RunContro
     sheets.push_back(sheet);
   }
   return sheets;
+}
+
+std::optional<LaboratoryRow> AnswerBendingLength(const Eigen::VectorXd& radius,
+                                                 const DrapeDiscs& discs) {
+  const OutlinePool* pool = FindBuiltInPool(discs);
+  if (pool == nullptr) return {};
+  const Eigen::VectorXd points =
+      radius(Eigen::seqN(0, Eigen::fix<kPoolAngles>, radius.size() / kPoolAngles));
+  return LengthRow(*pool, WithModelError(EstimateBendingLength(*pool, points)));
 }
 
 std::optional<std::string> FindDisagreement(const LaboratorySheet& at_once,

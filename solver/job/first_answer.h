@@ -16,6 +16,11 @@ namespace drape {
 // 90 %. Logs a line for each. No sheets where no pool has the images' discs.
 std::vector<LaboratorySheet> AnswerAtOnce(const FitInput& input, const RunControl& control);
 
+// The bending length of that answer, by an outline in the plane of the support [m], of a multiple of
+// kPoolAngles points; none where no pool has the discs.
+std::optional<LaboratoryRow> AnswerBendingLength(const Eigen::VectorXd& radius,
+                                                 const DrapeDiscs& discs);
+
 // A sentence where the intervals that an answer and a fitted sheet have for the bending length do
 // not meet.
 std::optional<std::string> FindDisagreement(const LaboratorySheet& at_once,

@@ -38,7 +38,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
+constexpr double kTerminalInterval = 0.1;  // [s]
+// The time [s] between plain lines; drape_serve, whose page shows them, asks for less.
+double PlainInterval() {
+  constexpr double kUsual = 5.0;
+  static const char* const wanted = std::getenv("DRAPEFIT_PROGRESS_SECONDS");
+  return wanted != nullptr ? std::clamp(std::atof(wanted), kTerminalInterval, kUsual) : kUsual;
+}
 constexpr std::chrono::seconds kReadingInterval{15};
 constexpr double kShownStep = 0.01;                           // of the work, on a terminal
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;  // before a time left is shown
@@ -103,7 +109,7 @@ void Progress::Update(double fraction, const std::string& note) {
   time_left_.Update(Seconds(now - start_), fraction);
   // The tasks of a batch end together, and the last of their reports is the one that matters.
   const bool advanced = is_terminal_ && on_screen_ && fraction >= shown_ + kShownStep;
-  if (!advanced && Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval))
+  if (!advanced && Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : PlainInterval()))
     return;
   last_ = now;
   shown_ = fraction;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All programs in one executable: drapefit VERB, or a link drape_VERB to it, runs one of them, and
 // drapefit PICTURE or drapefit SAMPLES all steps to a report.
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,18 +22,18 @@
 #include "losses/image/image.h"
 #include "losses/image/segmentation.h"
 #include "physics/util/atomic_file.h"
+#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
+#include "tools/cli/program_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/samples.h"
-
-extern char** environ;
 
 namespace drape {
 namespace {
@@ -61,6 +60,7 @@ constexpr Program kPrograms[] = {
     {"fit", kReport, "estimate the stiffness of a fabric from silhouettes or tests", FitMain},
     {"predict", kReport, "predict how further samples of a fabric drape", PredictMain},
     {"report", kReport, "show results in one HTML page", ReportMain},
+    {"serve", kReport, "measure, fit and compare on a page of your own browser", nullptr},
     {"export", kReport, "write a fitted fabric for other simulators and for statistics",
      ExportMain},
     {"simulate", kDrapes, "drape a fabric of known stiffness", SimulateMain},
@@ -84,24 +84,6 @@ const Program* FindProgram(std::string verb) {
   for (const Program& program : kPrograms)
     if (verb == program.verb) return &program;
   return nullptr;
-}
-
-// The folder of the executable that runs, where the links to it are.
-std::string ProgramFolder() {
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw InputError("/proc/self/exe", "cannot be read: " + error.message());
-  return self.parent_path();
-}
-
-// The path of drape_VERB in a folder.
-std::string ProgramPath(const std::string& folder, const std::string& verb) {
-  return folder + "/drape_" + verb;
-}
-
-// Returns whether a folder has an executable drape_VERB.
-bool HasProgram(const std::string& folder, const std::string& verb) {
-  return access(ProgramPath(folder, verb).c_str(), X_OK) == 0;
 }
 
 // drapefit PHOTO --mass=150: from one photograph to a report, by the programs that do each step.
@@ -128,16 +110,6 @@ struct Step {
   std::vector<std::string> arguments;  // beside the program's path
   std::string result;                  // a file that is there when the step has ended
 };
-
-// Finds configs/ of an installation, of a bundle, or of the sources of a build.
-std::string FindConfigs(const std::string& folder) {
-  for (const char* place : {"../share/drapefit/configs", "../configs", "../../../configs"}) {
-    const fs::path configs = (fs::path(folder) / place).lexically_normal();
-    if (fs::exists(configs / "programs/fit_bayes.json")) return configs;
-  }
-  throw InputError("option 'fit_config'",
-                   "not given, and the configs of drapefit are not beside its programs");
-}
 
 bool ShowsSilhouette(const ShortWayOptions& options, const std::string& picture) {
   return options.picture == "silhouette" ||
@@ -354,15 +326,10 @@ extern "C" void PassOn(int signal) {
 // Runs a program with the standard streams of this process and returns its exit code, or 128 and
 // the signal that ended it. A process of its own: a step that runs out of memory leaves the others,
 // and the record of its command and inputs is its own. It gets SIGINT and SIGTERM that arrive
-// meanwhile, and this process waits for it to save its results.
-int RunAttached(std::vector<std::string> command) {
-  std::vector<char*> words;
-  for (std::string& word : command) words.push_back(word.data());
-  words.push_back(nullptr);
+// meanwhile, and this process waits for it to save its results. It ends with this process.
+int RunAttached(const std::vector<std::string>& command) {
   if (interrupted) return kExitCancelled;
-  pid_t child = 0;
-  const int error = posix_spawn(&child, words[0], nullptr, nullptr, words.data(), environ);
-  if (error != 0) throw IoError(command[0], std::string("cannot be run: ") + strerror(error));
+  const pid_t child = StartProgram(command, STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO);
   running_child = child;
   if (interrupted) kill(child, SIGTERM);  // the signal came before there was a process to get it
   int status = 0;
@@ -470,7 +437,8 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
                                 : "out/" + fs::path(operand).stem().string();
   const std::string out = (given.starts_with("-") ? "./" : "") + given;  // the report takes a word
   const std::string config = options.fit_config.empty()
-                                 ? FindConfigs(folder) + "/programs/fit_bayes.json"
+                                 ? FindConfigs(folder, "option 'fit_config'") +
+                                       "/programs/fit_bayes.json"
                                  : options.fit_config;
   SampleTable table;
   std::vector<std::string> files = {operand};

@@ -13,6 +13,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/job/first_answer.h"
 #include "solver/studies/runner/study.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
@@ -39,6 +40,12 @@ struct PhotoToolOptions {
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kRefused = "refused.png";
 
+// The bending length of pooled drapes like this one, with its name; empty without a pool of these discs.
+std::string LengthText(const PhotoResult& result, const DrapeDiscs& discs) {
+  const std::optional<LaboratoryRow> row = AnswerBendingLength(result.radius, discs);
+  return row ? row->Text() : "";
+}
+
 Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                  const PhotoResult& result, const std::string& silhouette) {
   Json json = {{"photo", photo},
@@ -53,6 +60,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"dc_is", "estimate from the hem's estimated heights"},
                {"dc_without_camera_model", result.plane_coefficient},
                {"folds", result.shape.folds},
+               {"bending_length", LengthText(result, MakeDiscs(options.photo))},
                {"radius_min_m", result.shape.radius_min},
                {"radius_max_m", result.shape.radius_max},
                {"camera", CameraJson(result.camera)},
@@ -70,6 +78,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
 std::string ResultText(const std::string& photo, const PhotoToolOptions& options,
                        const PhotoResult& result) {
   const Camera& camera = result.camera;
+  const std::string length = LengthText(result, MakeDiscs(options.photo));
   std::string text =
       photo + "\n" +
       Format(
@@ -80,6 +89,8 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
       Format("  folds                      %d\n", result.shape.folds) +
       Format("  radius                     %.1f … %.1f mm\n", 1e3 * result.shape.radius_min,
              1e3 * result.shape.radius_max);
+  if (!length.empty())
+    text += "  " + length + ", by pooled drapes like it\n";
   if (camera.kind == CameraKind::kPinhole)
     text += Format(
         "  camera                     %.2f m above the support, tilted by %.1f degrees, "
@@ -100,7 +111,8 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
           "SAMPLES: several photographs, a folder, or a table samples.csv with columns file, "
           "fabric, "
           "sample, specimen, face (up, down), warp, mass (g/m2), diameter (m), date, operator, of "
-          "which file is needed. Each photograph gets a folder in the output folder. samples.csv "
+          "which file is needed; the columns support, disc, focal_35mm, threshold, cloth_points and "
+          "ground_points set these options for their row. Each photograph gets a folder in the output folder. samples.csv "
           "there is the table with the silhouettes and what was measured, for drape_fit "
           "--images=samples.csv#fabric; statistics.csv has mean, standard deviation, n and "
           "interval "
@@ -179,10 +191,17 @@ ToolOutcome RunOne(const PhotoToolOptions& options) {
                    "--camera_file=" + options.out + "/camera.json"}};
 }
 
+// Columns of a table that set the option of their name for their row.
+constexpr const char* kOptionColumns[] = {"support",   "disc",         "focal_35mm",
+                                          "threshold", "cloth_points", "ground_points"};
+
 // The options of a photograph of a table.
 PhotoToolOptions RowOptions(const SampleRow& row, PhotoToolOptions options) {
   if (row.diameter > 0) options.photo.specimen = row.diameter;
   if (!row.of("warp").empty()) options.warp = row.of("warp");
+  for (const char* key : kOptionColumns)
+    if (!row.of(key).empty())
+      PhotoTable(options).Set(key, row.of(key), row.file + ": column '" + key + "'");
   options.out += "/" + row.name;
   return options;
 }
@@ -194,8 +213,10 @@ Study MakeStudy(const PhotoToolOptions& options, const std::vector<SampleRow>& r
   Study study{.name = "photo", .settings = OptionSettings(PhotoTable(copy), {"threads"})};
   for (const SampleRow& row : rows) {
     const PhotoToolOptions own = RowOptions(row, options);
-    const nlohmann::json input = {
+    nlohmann::json input = {
         {"name", row.name}, {"specimen", own.photo.specimen}, {"warp", own.warp}};
+    for (const char* key : kOptionColumns)
+      if (!row.of(key).empty()) input[key] = row.of(key);
     study.cells.push_back(CheckedCell(row.name, input, [&] {
       ReadWholeFile(row.file);
       if (!options.photo.mask.empty()) ReadWholeFile(options.photo.mask);
