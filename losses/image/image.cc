@@ -205,6 +205,7 @@ void WriteBytes(const uint8_t* pixels, int width, int height, png_uint_32 format
   handle.png.width = width;
   handle.png.height = height;
   handle.png.format = format;
+  if (format == PNG_FORMAT_RGB) handle.png.flags = PNG_IMAGE_FLAG_FAST;  // noise hardly shrinks
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(handle.png);
   std::string bytes(size, '\0');
   const bool encoded =

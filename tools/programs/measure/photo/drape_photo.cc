@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -298,5 +301,7 @@ ToolOutcome Run(const PhotoToolOptions& options, const RunControl& control) {
 }  // namespace drape
 
 int main(int argc, char** argv) {
+  mallopt(M_MMAP_MAX, 0);  // planes are freed and made again: a fifth of the time was page faults
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
   return drape::ToolMain(argc, argv, drape::PhotoTable, drape::Run);
 }
