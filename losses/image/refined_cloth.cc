@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <opencv2/imgproc.hpp>
 
 #include "losses/image/cloth_mask.h"
@@ -61,11 +62,18 @@ struct LocalMean {
 struct Sides {
   cv::Mat3f cloth, ground;
 };
-Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
-  const int window = WindowSide(colors);
+// Computes both at the same time.
+template <class Cloth, class Ground>
+Sides MakeSides(const Cloth& cloth, const Ground& ground) {
+  std::future<cv::Mat3f> other = std::async(ground);
+  return {cloth(), other.get()};
+}
+Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc,
+                int window) {
   const cv::Mat1b inner = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
-  return {LocalMean(colors, inner, window).color,
-          LocalMean(colors, 1 - Dilated(mask, kApart), window).color};
+  return MakeSides(
+      [&] { return LocalMean(colors, inner, window).color; },
+      [&] { return LocalMean(colors, 1 - Dilated(mask, kApart), window).color; });
 }
 
 // The colour that one side has at the outline: its mean over a ring along the outline, extrapolated
@@ -92,13 +100,17 @@ cv::Mat3f ColorAtOutline(const cv::Mat3f& colors, const cv::Mat1f& distance, con
     }
   return result;
 }
-Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
-  const Sides wide = WideSides(colors, mask, disc);
-  cv::Mat1f inside, outside;
-  cv::distanceTransform(mask, inside, cv::DIST_L2, cv::DIST_MASK_5);
-  cv::distanceTransform(1 - mask, outside, cv::DIST_L2, cv::DIST_MASK_5);
-  return {ColorAtOutline(colors, inside, mask.mul(1 - Dilated(disc, kApart)), wide.cloth),
-          ColorAtOutline(colors, outside, 1 - mask, wide.ground)};
+Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc,
+                int window) {
+  const Sides wide = WideSides(colors, mask, disc, window);
+  const auto find = [&](const cv::Mat1b& part, const cv::Mat1b& side, const cv::Mat3f& color) {
+    cv::Mat1f distance;
+    cv::distanceTransform(part, distance, cv::DIST_L2, cv::DIST_MASK_5);
+    return ColorAtOutline(colors, distance, side, color);
+  };
+  return MakeSides(
+      [&] { return find(mask, mask.mul(1 - Dilated(disc, kApart)), wide.cloth); },
+      [&] { return find(1 - mask, 1 - mask, wide.ground); });
 }
 
 // Each pixel near the outline has the light of disc, cloth and ground by their shares, also
@@ -172,17 +184,20 @@ Position LocateInPattern(const cv::Mat3f& colors, const cv::Mat1b& mask, const c
 
 // Whether the mean colours fail to tell cloth and ground apart. The light of a ground's lines
 // counts, too; the cloth's has shades.
-bool HasPattern(const PhotoPlanes& planes, const cv::Mat1b& mask, const cv::Mat1b& disc) {
+bool HasPattern(const PhotoPlanes& planes, const cv::Mat1b& mask, const cv::Mat1b& disc,
+                int window) {
   constexpr double kMost = 0.015;  // of the pixels on a side
   constexpr int kFar = 15;         // [px] from the outline
   const cv::Mat1b inner = Eroded(mask, kApart) - Eroded(mask, kFar);
   const cv::Mat1b outer = Dilated(mask, kFar) - Dilated(mask, kApart);
   const auto share = [&](const cv::Mat3f& colors) {
-    return Locate(colors, WideSides(colors, mask, disc)).share;
+    return Locate(colors, WideSides(colors, mask, disc, window)).share;
   };
+  std::future<cv::Mat1f> by_light = std::async(share, planes.light);
   const cv::Mat1f by_color = share(planes.lab);
+  const cv::Mat1f most = cv::max(by_color, by_light.get());
   return cv::mean(by_color < 0.5f, inner.mul(1 - Dilated(disc, kApart)))[0] > 255 * kMost ||
-         cv::mean(cv::max(by_color, share(planes.light)) > 0.5f, outer)[0] > 255 * kMost;
+         cv::mean(most > 0.5f, outer)[0] > 255 * kMost;
 }
 
 cv::Mat1b LargestFilled(const cv::Mat1b& mask) {
@@ -265,18 +280,17 @@ std::vector<cv::Point> MeasureOutline(const cv::Mat1f& contrast, const cv::Mat1b
   return clear.empty() ? outline : clear;
 }
 
-}  // namespace
-
-RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
-                         const cv::Mat1f& disc_coverage) {
+// RefineCloth in a part of the picture, for a mask there and the side of the neighbourhood.
+RefinedCloth RefinePart(const PhotoPlanes& planes, const RoughCloth& rough, const cv::Mat1b& mask,
+                        const cv::Mat1f& disc_coverage, int window) {
   constexpr int kRounds = 4, kLightRounds = 2;
   const cv::Mat1b disc = (disc_coverage > 0.5f) / 255;
   RefinedCloth cloth;
-  cloth.mask = JoinedByDisc(rough, disc);
-  const bool has_pattern = HasPattern(planes, cloth.mask, disc);
+  cloth.mask = mask.clone();
+  const bool has_pattern = HasPattern(planes, cloth.mask, disc, window);
   const auto locate = [&](const cv::Mat3f& colors) {
     return has_pattern ? LocateInPattern(colors, cloth.mask, disc)
-                       : Locate(colors, WideSides(colors, cloth.mask, disc));
+                       : Locate(colors, WideSides(colors, cloth.mask, disc, window));
   };
   const auto move = [&](const cv::Mat3f& colors, int reach) {
     const cv::Mat1b band = Dilated(cloth.mask, reach) - Eroded(cloth.mask, reach);
@@ -291,7 +305,7 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
   for (int round = 0; round < kRounds; ++round) move(planes.lab, kBand);
   const Position position = locate(planes.lab);
   const cv::Mat3f disc_light =
-      LocalMean(planes.light, Eroded(disc, kApart), WindowSide(planes.light)).color;
+      LocalMean(planes.light, Eroded(disc, kApart), window).color;
   if (has_pattern) {
     move(planes.light, 2);
     cv::GaussianBlur(cv::Mat1f(cloth.mask), cloth.coverage, {}, 1.0);
@@ -300,7 +314,8 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
     cv::Mat1b band = (Dilated(cloth.mask, 2) | Dilated(disc, kStrip)) - Eroded(cloth.mask, 2);
     if (has_pattern) band &= Dilated(disc, kStrip);
     if (!has_pattern) cloth.mask.convertTo(cloth.coverage, CV_32F);
-    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc), disc_coverage, disc_light, band)
+    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc, window), disc_coverage,
+                 disc_light, band)
         .copyTo(cloth.coverage, band);
     cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
     cloth.mask = LargestFilled((cloth.coverage > 0.5f) / 255);
@@ -308,6 +323,39 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
   const std::vector<cv::Point> clear =
       MeasureOutline(position.contrast, disc, rough.ground_noise, has_pattern, &cloth);
   cloth.blur = MeasureBlur(locate(planes.light).share, clear);
+  return cloth;
+}
+
+}  // namespace
+
+RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
+                         const cv::Mat1f& disc_coverage) {
+  const int window = WindowSide(planes.light);
+  const cv::Mat1b disc = (disc_coverage > 0.5f) / 255, mask = JoinedByDisc(rough, disc);
+  // What is farther away is no neighbour of the outline.
+  const int margin = 2 * window;
+  cv::Rect part = cv::boundingRect(mask | disc);
+  part += cv::Size(2 * margin, 2 * margin);
+  part = (part - cv::Point(margin, margin)) & cv::Rect({}, mask.size());
+  PhotoPlanes there = planes;
+  there.light = planes.light(part);
+  there.luma = planes.luma(part);
+  there.lab = planes.lab(part);
+  RefinedCloth cloth;
+  try {
+    cloth = RefinePart(there, rough, mask(part), disc_coverage(part), window);
+  } catch (PhotoFailure& failure) {
+    for (auto& mark : failure.marks)
+      for (cv::Point& point : mark) point += part.tl();
+    throw;
+  }
+  const auto whole = [&](const auto& found) {
+    std::decay_t<decltype(found)> placed = std::decay_t<decltype(found)>::zeros(mask.size());
+    found.copyTo(placed(part));
+    return placed;
+  };
+  cloth.mask = whole(cloth.mask);
+  cloth.coverage = whole(cloth.coverage);
   return cloth;
 }
 
