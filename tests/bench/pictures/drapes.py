@@ -38,7 +38,7 @@ def coefficient_of_area(area, size):
 
 def read_drape(path, name, size):
     x, flat, faces = [], [], []
-    for line in open(path):
+    for line in path.read_text().splitlines():
         words = line.split()
         if words[:1] == ['v']:
             x.append([float(word) for word in words[1:4]])

@@ -66,16 +66,14 @@ Desk::Desk(DeskOptions options) : options_(std::move(options)), folder_(options_
   for (int k = 0; k < options_.jobs; ++k) runners_.emplace_back([this] { RunQueue(false); });
 }
 
-Desk::~Desk() {
-  Stop();
-  for (std::thread& runner : runners_) runner.join();
-}
-
 void Desk::Stop() {
-  const std::lock_guard lock(mutex_);
-  stopping_ = true;
-  for (auto& [id, item] : items_) End(&item);
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    for (auto& [id, item] : items_) End(&item);
+  }
   queued_.notify_all();
+  for (std::thread& runner : std::exchange(runners_, {})) runner.join();
 }
 
 // Reads the items of the folder. What ran is queued again; what is no item is left alone.

@@ -34,8 +34,8 @@ class Desk {
   explicit Desk(DeskOptions options);
   Desk(const Desk&) = delete;
   Desk& operator=(const Desk&) = delete;
-  ~Desk();
-  // Ends the programs that run. The next desk of the folder continues them.
+  ~Desk() { Stop(); }
+  // Ends the programs that run, and waits for them. The next desk of the folder continues them.
   void Stop();
 
   const DeskOptions& options() const { return options_; }

@@ -77,7 +77,7 @@ void CheckFields(const json& fields) {
     if (!value.is_string()) throw InputError("field '" + name + "'", "expected a text");
     const std::string text = value;
     const std::size_t most = IsPoints(name) ? 2000 : 60;
-    const char* refused = IsPoints(name) ? "" : "#?*[],;\"/\\<>|";
+    const char* refused = name == "fabric" ? "#?*[],;\"/\\|" : "";  // it names folders
     if (text.size() > most || MakePrintable(text) != text ||
         text.find_first_of(std::string(refused) + "\n\t") != text.npos ||
         std::string("=+-@. ").find(text[0]) != std::string::npos ||

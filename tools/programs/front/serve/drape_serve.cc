@@ -5,6 +5,7 @@
 #undef _res  // a macro of resolv.h, and a name in Eigen
 #include <sys/random.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -225,7 +226,8 @@ class Site {
       return size <= kMostUpload && file.good();
     });
     file.close();
-    if (size > kMostUpload) return drop(kTooLarge, "the file is larger than 64 MiB");
+    const bool was_announced = response.status == kTooLarge;  // by the header of the request
+    if (was_announced || size > kMostUpload) return drop(kTooLarge, "the file is larger than 64 MiB");
     if (kind.empty()) return drop(kOtherKind, "the file is neither JPEG nor PNG");
     if (!is_whole || !file) return drop(kBadRequest, "the file did not arrive as a whole");
     try {
@@ -287,15 +289,17 @@ ToolOutcome Run(const DeskOptions& options, const RunControl& control) {
   site.Attach(&server);
   std::printf("%s\n", site.Address().c_str());
   std::fflush(stdout);
-  const std::jthread watch([&](const std::stop_token& ended) {
-    while (!ended.stop_requested() && !(control.cancelled() && server.is_running()))
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    desk.Stop();
-    server.stop();
-  });
   control.Report(0, "listens");  // it reads no input that takes long
+  const std::jthread watch([&](const std::stop_token& closed) {
+    while (!control.cancelled() && !closed.stop_requested())
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (closed.stop_requested()) return;
+    desk.Stop();
+    OutputFolder::Abandon();  // uploads that have not arrived
+    _exit(kExitCancelled);    // slow clients are not waited for
+  });
   server.listen_after_bind();
-  return {.cancelled = control.cancelled()};
+  throw InputError("port", "the system has closed it");
 }
 
 }  // namespace

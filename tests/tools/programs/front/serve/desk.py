@@ -67,9 +67,8 @@ class Desk:
         self.start()
 
     def start(self):
-        self.errors = tempfile.TemporaryFile()
         self.process = subprocess.Popen([BIN / 'drape_serve', f'--out={self.folder}', *self.options],
-                                        stdout=subprocess.PIPE, stderr=self.errors, text=True)
+                                        stdout=subprocess.PIPE, text=True)
         self.address = self.process.stdout.readline().strip()
         parts = urllib.parse.urlsplit(self.address)
         self.host, self.port, self.root = parts.netloc, parts.port, parts.path
@@ -131,7 +130,7 @@ class Browser:
         return shutil.which('chromium-headless-shell') or shutil.which('chromium')
 
     def __init__(self):
-        self.folder = tempfile.TemporaryDirectory()
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         read_here, write_there = os.pipe()
         read_there, write_here = os.pipe()
 

@@ -68,7 +68,7 @@ async function addFiles(files) {
   const rows = table ? readTable(await table.text()) : new Map();
   const before = items.get(opened)?.fields ?? {};
   const pictures = [...files].filter((file) => !file.name.startsWith(".") && file !== table);
-  let first;
+  const added = [];
   for (const [i, file] of pictures.entries()) {
     say(`Sends ${file.name}, ${i + 1} of ${pictures.length}`);
     await act(async () => {
@@ -79,10 +79,11 @@ async function addFiles(files) {
       const fields = { ...Object.fromEntries(kept), ...(folder && { fabric: folder }), ...given };
       if (Object.keys(fields).length) await change(id, fields);
       ticked.add(id);
-      first ??= id;
+      added.push(id);
     });
   }
-  if (first) open(first);
+  if (added.length === pictures.length) say(`${added.length} of ${pictures.length} photographs added.`);
+  if (added.length) open(added[0]);
 }
 
 // The files of a folder that was dropped, too.
@@ -159,7 +160,7 @@ function showEditor(all = false) {
   $("h_editor").textContent = item.name;
   const { result, warnings = result?.warnings ?? [] } = item;
   const text = {
-    done: () => `Drape coefficient ${percent(result)}, ${result.folds} nodes. ${result.bending_length || "Bending length not known"}.`,
+    done: () => `Drape coefficient ${percent(result)}, ${result.folds} nodes; ${result.bending_length || "bending length not known"}.`,
     failed: () => item.error,
   }[item.state]?.() ?? `The measurement ${stateText[item.state]}.`;
   const notes = item.state === "done" ? warnings.map((warning) => ` Note: ${warning}.`).join("") : "";
@@ -228,6 +229,7 @@ function jobCard(id) {
       if (item.tail) tail.textContent = item.tail;
       log.hidden = !tail.textContent;
       if (before === item.state) return;
+      if (before) say(`${title.textContent}: ${stateText[item.state]}.`, item.state === "failed");
       before = item.state;
       const active = item.state === "queued" || item.state === "running";
       const { fits = [], files = [], page: report } = item.result ?? {};

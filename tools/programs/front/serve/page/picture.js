@@ -32,7 +32,7 @@ export class Picture {
       this.address = address;
       const original = new Image();
       original.src = `${base}/${item.file}`;
-      await original.decode().catch(() => {});
+      await new Promise((resolve) => (original.onload = original.onerror = resolve));
       if (this.address !== address) return; // another one was opened meanwhile
       this.size = [original.naturalWidth || 4, original.naturalHeight || 3];
       this.of = item.id;
@@ -43,7 +43,7 @@ export class Picture {
 
   draw(address) {
     const [width, height] = this.size;
-    this.unit = Math.max(width, height) / 100; // of handles and letters [px of the photograph]
+    this.unit = 1; // of handles and letters [px of the photograph]
     this.cross = [width / 2, height / 2];
     this.svg = svgNode(
       "svg",
@@ -61,7 +61,7 @@ export class Picture {
     this.svg.append(this.layer, this.crossNode);
     this.handles = {};
     for (const key of Object.keys(HANDLES)) this.addHandle(key);
-    this.svg.addEventListener("click", (event) => this.addPoint(this.placeOf(event), event.target));
+    this.svg.addEventListener("click", (event) => this.addPoint(this.placeOf(event)));
     this.svg.addEventListener("keydown", (event) => this.moveCross(event));
     this.place.replaceChildren(this.svg);
     this.scale = undefined;
@@ -87,6 +87,9 @@ export class Picture {
     });
     node.addEventListener("pointermove", (event) => {
       if (node.hasPointerCapture(event.pointerId)) this.set(key, this.valueAt(key, this.placeOf(event)));
+    });
+    node.addEventListener("click", (event) => {
+      event.stopPropagation();
     });
     node.addEventListener("keydown", (event) => {
       const steps = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 10, PageDown: -10 }[event.key];
@@ -134,8 +137,8 @@ export class Picture {
     return numbers.flatMap((x, i) => (i % 2 ? [] : [[x, numbers[i + 1]]]));
   }
 
-  addPoint([x, y], target) {
-    if (target.closest?.(".handle") || !(x >= 0 && y >= 0 && x < this.size[0] && y < this.size[1])) return;
+  addPoint([x, y]) {
+    if (!(x >= 0 && y >= 0 && x < this.size[0] && y < this.size[1])) return;
     const points = [...this.points(this.adds()), [Math.floor(x), Math.floor(y)]];
     this.send({ [this.adds()]: points.join(",") });
   }
@@ -146,7 +149,7 @@ export class Picture {
     if (event.target !== this.svg || (!move && event.key !== "Enter")) return;
     event.preventDefault();
     if (move) this.cross = this.cross.map((value, i) => Math.min(this.size[i] - 1, Math.max(0, value + move[i])));
-    else this.addPoint(this.cross, this.svg);
+    else this.addPoint(this.cross);
     this.update();
   }
 
@@ -158,17 +161,29 @@ export class Picture {
     if (box) {
       const factor = Math.max(...this.size) / OVERLAY_SIDE;
       this.centre = [factor * (box[0] + box[2] / 2), factor * (box[1] + box[3] / 2)];
-      this.scale = (factor * (box[2] + box[3])) / 2 / (Number(item.fields.diameter) || HANDLES.diameter.usual);
+      this.flat = (factor * (box[2] + box[3])) / 2; // diameter [px of the photograph]
+      this.scale = this.flat / (Number(item.fields.diameter) || HANDLES.diameter.usual);
     } else if (!this.scale) {
       this.centre = this.size.map((side) => side / 2);
     }
+    this.zoom();
     for (const key of Object.keys(HANDLES)) this.place_(key);
     layer.querySelectorAll(":scope > [data-point]").forEach((node) => node.remove());
     for (const key of ["cloth_points", "ground_points"])
       for (const [cx, cy] of this.points(key))
-        layer.append(svgNode("circle", { class: key, "data-point": "", cx, cy, r: 0.6 * unit }));
+        layer.append(svgNode("circle", { class: key, "data-point": "", cx, cy, r: 0.9 * unit }));
     const [x, y] = this.cross;
     this.crossNode.setAttribute("d", `M${x - 2 * unit} ${y}h${4 * unit}M${x} ${y - 2 * unit}v${4 * unit}`);
+  }
+
+  // Shows the measured specimen with a margin, or the whole picture.
+  zoom() {
+    const [width, height] = this.size;
+    const side = this.scale ? 0.75 * this.flat : Infinity;
+    const half = [Math.min(width / 2, side), Math.min(height / 2, side)];
+    const corner = this.centre.map((value, i) => Math.min(this.size[i] - 2 * half[i], Math.max(0, value - half[i])));
+    this.svg.setAttribute("viewBox", [...corner, 2 * half[0], 2 * half[1]].join(" "));
+    this.unit = Math.max(...half) / 50;
   }
 
   place_(key) {
@@ -195,9 +210,9 @@ export class Picture {
     node.setAttribute("aria-valuenow", value);
     node.setAttribute("aria-valuetext", text.startsWith("warp") ? text : `${value} ${unit}`);
     node.replaceChildren(
-      svgNode("circle", { cx: cx + dx, cy: cy + dy, r: 1.1 * this.unit }),
+      svgNode("circle", { cx: cx + dx, cy: cy + dy, r: 1.6 * this.unit }),
       svgNode("text", {
-        x: cx + dx, y: cy + dy - 1.8 * this.unit, "font-size": 2.2 * this.unit, "text-anchor": "middle",
+        x: cx + dx, y: cy + dy - 2 * this.unit, "font-size": 3 * this.unit, "text-anchor": "middle",
       }, text),
     );
   }

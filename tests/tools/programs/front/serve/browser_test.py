@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The desk in a headless Chromium: from a photograph to a certificate, by mouse and by keyboard
+alone, on a desktop and on a telephone, and as axe-core wants it."""
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import time
+import unittest
+
+import desk
+
+desk.require_server()
+if not desk.Browser.find():
+    desk.skip('neither chromium-headless-shell nor chromium is installed: no page is opened')
+PAGE = desk.ROOT / 'tools/programs/results/report/page'
+SHOTS = os.environ.get('DRAPE_SHOTS')  # a folder for pictures of the page
+DONE = "document.querySelectorAll('#list li span').length == {0} && " \
+    "[...document.querySelectorAll('#list li span')].every((each) => each.textContent.includes('%'))"
+
+
+def install_axe(folder):
+    """The script of axe-core, or None where npm cannot install it."""
+    for name in ('package.json', 'package-lock.json'):
+        (folder / name).write_bytes((PAGE / name).read_bytes())
+    subprocess.run(['npm', 'ci', '--ignore-scripts', '--no-audit', '--no-fund'], cwd=folder,
+                   capture_output=True, check=False)
+    script = folder / 'node_modules/axe-core/axe.min.js'
+    return script.read_text() if script.exists() else None
+
+
+class DeskInABrowser(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.scratch.name)
+        cls.coefficient = desk.paint(cls.path / 'wool.jpg')
+        cls.folder = cls.path / 'more'
+        cls.folder.mkdir()
+        desk.paint(cls.folder / 'shirt.jpg', 1200, 'synthetic_shirt', 4)
+        (cls.folder / 'samples.csv').write_text('file;fabric;specimen;face;mass;warp\n'
+                                              'shirt.jpg;"fine; shirt";2;down;120;up\n')
+        config = cls.path / 'fit.json'
+        config.write_text(json.dumps(desk.SMALL_FIT))
+        cls.axe = install_axe(cls.path)
+        cls.desk = desk.Desk(cls.path / 'desk', f'--fit_config={config}')
+        cls.browser = desk.Browser()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+        cls.desk.stop()
+        cls.scratch.cleanup()
+        if not cls.axe:
+            desk.skip('npm cannot install axe-core: contrast and labels are not checked')
+
+    def text(self, selector):
+        return self.browser.evaluate(f"document.querySelector({selector!r})?.textContent ?? ''")
+
+    def focus(self, selector, most=80):
+        """Presses Tab until an element has the focus, as a user without a mouse does."""
+        for _ in range(most):
+            self.browser.key('Tab')
+            if self.browser.evaluate(f"document.activeElement.matches({selector!r})"):
+                return
+        self.fail(f'Tab does not reach {selector}')
+
+    def check_page(self, name):
+        """Nothing is cut off, and axe-core finds no fault, dark and light, wide and narrow."""
+        for width, dark in ((1280, True), (390, False)):
+            self.browser.size(width, 1000, dark)
+            time.sleep(0.2)
+            if SHOTS:
+                self.browser.screenshot(f'{SHOTS}/{name}_{width}.png')
+            self.assertLessEqual(self.browser.evaluate('document.documentElement.scrollWidth'), width)
+            if self.axe:
+                self.browser.evaluate(self.axe + ';0')
+                self.assertEqual([], self.browser.evaluate('''
+                    axe.run(document, {iframes: false, resultTypes: ["violations"], runOnly:
+                      ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"]}).then((found) =>
+                      found.violations.flatMap((each) => each.nodes.map((node) =>
+                        `${each.id}: ${node.target}`)))'''), f'{name} at {width}')
+        self.browser.size(1280)
+
+    def test_1_keyboard_from_photograph_to_certificate(self):
+        browser = self.browser
+        browser.open(self.desk.address)
+        self.focus('#files')  # its dialogue is the system's
+        browser.give_files('#files', [self.path / 'wool.jpg'])
+        browser.until(DONE.format(1))
+        self.assertIn('Drape coefficient', self.text('#result'))
+        for name, value in (('fabric', 'wool'), ('mass', '270'), ('specimen', '1')):
+            self.focus(f'[name={name}]')
+            browser.write(value)
+        self.focus('[name=face]')
+        browser.key('ArrowDown')  # up
+        self.focus('[name=customer]')
+        browser.write('Mill & <Sons>')
+        self.focus('#also')
+        browser.until('document.querySelector("#list button").textContent.includes("face up")')
+        # The warp by arrow keys, and a point of the ground at the cross.
+        browser.evaluate('document.querySelector("#picture svg").focus(); 0')
+        for _ in range(30):
+            browser.key('ArrowDown')
+        browser.evaluate('document.querySelector("[value=ground_points]").click(); 0')
+        browser.key('Enter')
+        browser.until('document.querySelectorAll("#picture .ground_points").length == 1')
+        self.focus('#picture [aria-label=warp]')
+        browser.key('ArrowRight')
+        browser.until('document.querySelector("#command").textContent.includes("--warp=91")')
+        browser.until('document.querySelector("#command").textContent.includes("--ground_points=")')
+        browser.until(DONE.format(1))
+        self.assertAlmostEqual(float(self.text('#result').split()[2]), self.coefficient, delta=1.0)
+        browser.evaluate('document.querySelector("#list button").focus(); 0')
+        self.focus('#fit')
+        self.assertEqual(self.text('#fit'), 'Fit 1 photograph')
+        browser.key('Enter')
+        browser.until('document.querySelector(".card progress:not([hidden])")')
+        self.assertIn('/samples.csv', self.text('#command'))
+        browser.until('document.querySelector(".card iframe")')
+        self.focus('.card a')
+        page = self.desk.ask('GET', browser.evaluate(
+            'document.querySelector(".card a").getAttribute("href")'))[2].decode()
+        for part in ('<h3>Drape of wool</h3>', 'Mill &amp; &lt;Sons&gt;', 'face up', '5 cm'):
+            self.assertTrue(part in page, part)
+        self.check_page('fit')
+
+    def test_2_mouse_and_two_fabrics(self):
+        browser = self.browser
+        browser.open(self.desk.address)
+        browser.until(DONE.format(1))
+        browser.give_files('#folder', [self.folder])
+        browser.until(DONE.format(2))
+        self.assertIn('warp 90°', self.text('#picture'))
+        # The specimen's handle is dragged, and back.
+        before = self.text('#result')
+        for wider, words in ((1.2, '--specimen=0.36'), (1 / 1.2, '--specimen=0.3')):
+            x, y, cx = browser.evaluate('''(() => {
+                const box = (node) => node.getBoundingClientRect();
+                const dot = box(document.querySelector("#picture [aria-label=specimen] circle"));
+                const ring = box(document.querySelector("#picture circle.ring"));
+                scrollBy(0, dot.top - 300);
+                return [dot.x + dot.width / 2, 300 + dot.height / 2, ring.x + ring.width / 2];
+            })()''')
+            browser.mouse('mousePressed', x, y)
+            browser.mouse('mouseMoved', cx + (x - cx) * wider, y)
+            browser.mouse('mouseReleased', cx + (x - cx) * wider, y)
+            browser.until(f'document.querySelector("#command").textContent.includes("{words}")')
+            browser.until('!document.querySelector("#result").textContent.includes("The measurement")')
+        browser.until(DONE.format(2))
+        self.assertEqual(self.text('#result')[:24], before[:24])
+        # A fabric with a semicolon is refused in one line, and named anew.
+        browser.evaluate('''(() => {
+            const input = document.querySelector("[name=fabric]");
+            input.value = "fine shirt";
+            input.dispatchEvent(new Event("change", {bubbles: true}));
+            document.querySelector("[name=mass]").value = "120";
+            document.querySelector("[name=mass]").dispatchEvent(new Event("change", {bubbles: true}));
+            document.querySelector("#tick").click();
+        })()''')
+        browser.evaluate('document.querySelector("#tick").click(); 0') if 'none' not in self.text(
+            '#tick') else None
+        browser.until('document.querySelector("#fit").textContent.startsWith("Compare")')
+        browser.evaluate('document.querySelector("#fit").click(); 0')
+        browser.until('document.querySelectorAll(".card").length == 2')
+        other = desk.json.loads(self.desk.ask('GET', 'state?since=0')[2])  # another browser
+        self.assertEqual(len(other['items']), 4)
+        browser.until('document.querySelector(".card iframe") && '
+                      'document.querySelectorAll(".card iframe").length == 2')
+        card = browser.evaluate('document.querySelector(".card a").getAttribute("href")')
+        self.assertTrue(b'>Comparison<' in self.desk.ask('GET', card)[2])
+        self.check_page('comparison')
+        self.assertEqual([], [each for each in browser.log if 'WebGL' not in json.dumps(each)])
+
+
+if __name__ == '__main__':
+    unittest.main()
