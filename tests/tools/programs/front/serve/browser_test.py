@@ -41,7 +41,7 @@ class DeskInABrowser(unittest.TestCase):
         cls.folder.mkdir()
         desk.paint(cls.folder / 'shirt.jpg', 1200, 'synthetic_shirt', 4)
         (cls.folder / 'samples.csv').write_text('file;fabric;specimen;face;mass;warp\n'
-                                              'shirt.jpg;"fine; shirt";2;down;120;up\n')
+                                              'shirt.jpg;"fine shirt";2;down;120;up\n')
         config = cls.path / 'fit.json'
         config.write_text(json.dumps(desk.SMALL_FIT))
         cls.axe = install_axe(cls.path)
@@ -133,6 +133,7 @@ class DeskInABrowser(unittest.TestCase):
         browser.until(DONE.format(1))
         browser.give_files('#folder', [self.folder])
         browser.until(DONE.format(2))
+        browser.until('document.querySelector("#picture [aria-label=specimen] circle")')
         self.assertIn('warp 90°', self.text('#picture'))
         # The specimen's handle is dragged, and back.
         before = self.text('#result')
@@ -151,21 +152,24 @@ class DeskInABrowser(unittest.TestCase):
             browser.until('!document.querySelector("#result").textContent.includes("The measurement")')
         browser.until(DONE.format(2))
         self.assertEqual(self.text('#result')[:24], before[:24])
-        # A fabric with a semicolon is refused in one line, and named anew.
-        browser.evaluate('''(() => {
+        # A fabric with a slash is refused in one line; the earlier one stays.
+        self.assertTrue('fine shirt, specimen 2, face down' in self.text('#list'))
+        browser.evaluate("""(() => {
             const input = document.querySelector("[name=fabric]");
-            input.value = "fine shirt";
+            input.value = "../x";
             input.dispatchEvent(new Event("change", {bubbles: true}));
-            document.querySelector("[name=mass]").value = "120";
-            document.querySelector("[name=mass]").dispatchEvent(new Event("change", {bubbles: true}));
-            document.querySelector("#tick").click();
-        })()''')
-        browser.evaluate('document.querySelector("#tick").click(); 0') if 'none' not in self.text(
-            '#tick') else None
+        })()""")
+        browser.until('document.querySelector("#status.bad").textContent.includes("\'fabric\'")')
+        browser.evaluate('document.querySelector("[name=fabric]").value = "shirt"; 0')
+        browser.evaluate('document.querySelector("[name=fabric]").dispatchEvent('
+                         'new Event("change", {bubbles: true})); 0')
+        browser.until('document.querySelector("#list").textContent.includes(": shirt, specimen 2")')
+        browser.evaluate('document.querySelectorAll("#list [type=checkbox]:not(:checked)")'
+                         '.forEach((tick) => tick.click()); 0')
         browser.until('document.querySelector("#fit").textContent.startsWith("Compare")')
         browser.evaluate('document.querySelector("#fit").click(); 0')
         browser.until('document.querySelectorAll(".card").length == 2')
-        other = desk.json.loads(self.desk.ask('GET', 'state?since=0')[2])  # another browser
+        other = json.loads(self.desk.ask('GET', 'state?since=0')[2])  # another browser
         self.assertEqual(len(other['items']), 4)
         browser.until('document.querySelector(".card iframe") && '
                       'document.querySelectorAll(".card iframe").length == 2')

@@ -69,20 +69,22 @@ async function addFiles(files) {
   const before = items.get(opened)?.fields ?? {};
   const pictures = [...files].filter((file) => !file.name.startsWith(".") && file !== table);
   const added = [];
+  let whole = 0;
   for (const [i, file] of pictures.entries()) {
     say(`Sends ${file.name}, ${i + 1} of ${pictures.length}`);
-    await act(async () => {
+    whole += await act(async () => {
       const { id } = await post(`upload?name=${encodeURIComponent(file.name)}`, file);
       const folder = file.webkitRelativePath?.split("/").slice(1, -1).pop();
       const given = rows.get(file.name) ?? {};
       const kept = KEPT.filter((key) => before[key]).map((key) => [key, before[key]]);
       const fields = { ...Object.fromEntries(kept), ...(folder && { fabric: folder }), ...given };
-      if (Object.keys(fields).length) await change(id, fields);
       ticked.add(id);
       added.push(id);
-    });
+      if (Object.keys(fields).length) await change(id, fields);
+      return 1;
+    }) ?? 0;
   }
-  if (added.length === pictures.length) say(`${added.length} of ${pictures.length} photographs added.`);
+  if (whole === pictures.length) say(`${added.length} of ${pictures.length} photographs added.`);
   if (added.length) open(added[0]);
 }
 
@@ -140,11 +142,12 @@ async function changeOpened(fields) {
     ? new Set([opened, ...ticked]) : [opened];
   await act(async () => {
     for (const id of ids) await change(id, fields);
-    picture.settle();
   });
+  picture.settle(fields);
 }
 
 function open(id, move = false) {
+  picture.flush();
   const last = opened;
   opened = shown = id;
   picture.settle();

@@ -20,7 +20,7 @@ export class Picture {
   // change(fields) is called when the user has changed some; adds() is the kind of points that a
   // click adds.
   constructor(place, change, adds) {
-    Object.assign(this, { place, change, adds, pending: {}, timer: 0 });
+    Object.assign(this, { place, change, adds, pending: {}, sent: {}, timer: 0 });
   }
 
   // Shows an item whose files are at `base`. The picture is loaded again only where it has changed.
@@ -35,6 +35,7 @@ export class Picture {
       await new Promise((resolve) => (original.onload = original.onerror = resolve));
       if (this.address !== address) return; // another one was opened meanwhile
       this.size = [original.naturalWidth || 4, original.naturalHeight || 3];
+      if (this.of !== item.id) this.scale = undefined; // a refused picture keeps its earlier one
       this.of = item.id;
       this.draw(address);
     }
@@ -64,7 +65,6 @@ export class Picture {
     this.svg.addEventListener("click", (event) => this.addPoint(this.placeOf(event)));
     this.svg.addEventListener("keydown", (event) => this.moveCross(event));
     this.place.replaceChildren(this.svg);
-    this.scale = undefined;
   }
 
   placeOf(event) {
@@ -100,9 +100,14 @@ export class Picture {
     });
   }
 
+  // A field as the user has set it, which the server may not know yet.
+  text(key) {
+    return this.pending[key] ?? this.sent[key] ?? this.item.fields[key] ?? "";
+  }
+
   value(key) {
-    const text = this.pending[key] ?? this.item.fields[key];
-    if (key === "warp") return { up: 90, right: 0 }[text] ?? (((parseInt(text ?? "90", 10) || 90) % 180) + 180) % 180;
+    const text = this.text(key);
+    if (key === "warp") return { up: 90, right: 0 }[text] ?? (((parseInt(text || "90", 10) || 0) % 180) + 180) % 180;
     return Number(text) || HANDLES[key].usual;
   }
 
@@ -124,16 +129,25 @@ export class Picture {
     Object.assign(this.pending, fields);
     this.update();
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.change(this.pending), 300);
+    this.timer = setTimeout(() => this.flush(), 300);
   }
 
-  // The fields that were sent have arrived.
-  settle() {
+  // Tells what has changed.
+  flush() {
+    clearTimeout(this.timer);
+    if (Object.keys(this.pending).length === 0) return;
+    this.sent = { ...this.sent, ...this.pending };
     this.pending = {};
+    this.change(this.sent);
+  }
+
+  // Fields that were sent have arrived, or are those of another photograph.
+  settle(fields) {
+    if (!fields || fields === this.sent) this.sent = {};
   }
 
   points(key) {
-    const numbers = (this.pending[key] ?? this.item.fields[key] ?? "").split(",").filter(Boolean).map(Number);
+    const numbers = this.text(key).split(",").filter(Boolean).map(Number);
     return numbers.flatMap((x, i) => (i % 2 ? [] : [[x, numbers[i + 1]]]));
   }
 
@@ -204,8 +218,7 @@ export class Picture {
     const both = [shape(), shape()];
     both.forEach((each, i) => each.setAttribute("class", i ? "ring" : "dark"));
     lines.replaceChildren(...both);
-    const given = (this.pending[key] ?? this.item.fields[key] ?? "") !== "";
-    const text = isWarp && (!given || this.item.fields.warp === "unknown") && !this.pending.warp
+    const text = isWarp && ["", "unknown"].includes(this.text("warp"))
       ? "warp unknown" : isWarp ? `warp ${value}°` : `${label} ${(100 * value).toFixed(1)} cm`;
     node.setAttribute("aria-valuenow", value);
     node.setAttribute("aria-valuetext", text.startsWith("warp") ? text : `${value} ${unit}`);
