@@ -62,6 +62,7 @@ int OpenLog(const std::string& path) {
 Desk::Desk(DeskOptions options) : options_(std::move(options)), folder_(options_.out) {
   setenv("DRAPEFIT_PROGRESS_SECONDS", "0.5", 1);  // of the programs
   Load();
+  folder_.Publish();  // what is here is whole, and a message at an interruption says so
   runners_.emplace_back([this] { RunQueue(true); });
   for (int k = 0; k < options_.jobs; ++k) runners_.emplace_back([this] { RunQueue(false); });
 }

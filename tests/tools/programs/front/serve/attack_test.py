@@ -71,7 +71,8 @@ class Attack(unittest.TestCase):
         self.assertIn(b' 403 ', answer.splitlines()[0])
         headers, _ = self.expect([200], 'GET', 'state', headers={'Origin': f'http://{self.desk.host}'})
         self.assertIsNone(headers['Access-Control-Allow-Origin'])
-        listening = [line.split()[1] for line in open('/proc/net/tcp') if ' 0A ' in line]
+        listening = [line.split()[1] for line in
+                     pathlib.Path('/proc/net/tcp').read_text().splitlines() if ' 0A ' in line]
         self.assertIn(f'0100007F:{port:04X}', listening)  # the loopback interface
         self.assertNotIn(f'00000000:{port:04X}', listening)
 
@@ -139,7 +140,7 @@ class Attack(unittest.TestCase):
                 closed.sendall(head + rest)
         form = 'multipart/form-data; boundary=x'
         self.expect([400], 'POST', 'upload?name=a.jpg', b'--x--', headers={'Content-Type': form})
-        self.expect([400], 'GET', 'state', headers={'Range': 'bytes=' + '0-0,' * 900})
+        self.expect([400, 416], 'GET', 'state', headers={'Range': 'bytes=' + '0-0,' * 900})
         time.sleep(0.5)
         self.assertEqual(len(self.desk.items()), before)
         self.assertFalse(list((self.path / 'desk').glob('.drapefit_*/upload')))
@@ -176,6 +177,7 @@ class Attack(unittest.TestCase):
 
     def test_fifty_at_once_and_slow_clients(self):
         slow = [socket.create_connection(('127.0.0.1', self.desk.port)) for _ in range(20)]
+        self.addCleanup(lambda: [each.close() for each in slow])
         for k, each in enumerate(slow):
             each.sendall(b'GET /' if k % 2 else f'POST {self.desk.root}upload HTTP/1.1\r\n'.encode())
         whole = self.photo.read_bytes()
@@ -187,8 +189,6 @@ class Attack(unittest.TestCase):
             self.desk.post(f'cancel/{item}', {})
         self.assertIn(self.desk.wait(made[0], 'done', 'cancelled')['state'], ('done', 'cancelled'))
         self.assertEqual(sorted(item for item in made if item in self.desk.items()), sorted(made))
-        for each in slow:
-            each.close()
         begin = time.time()
         self.desk.ask('GET', 'state')
         self.assertLess(time.time() - begin, 2)
