@@ -68,12 +68,10 @@ Sides MakeSides(const Cloth& cloth, const Ground& ground) {
   std::future<cv::Mat3f> other = std::async(ground);
   return {cloth(), other.get()};
 }
-Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc,
-                int window) {
+Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc, int window) {
   const cv::Mat1b inner = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
-  return MakeSides(
-      [&] { return LocalMean(colors, inner, window).color; },
-      [&] { return LocalMean(colors, 1 - Dilated(mask, kApart), window).color; });
+  return MakeSides([&] { return LocalMean(colors, inner, window).color; },
+                   [&] { return LocalMean(colors, 1 - Dilated(mask, kApart), window).color; });
 }
 
 // The colour that one side has at the outline: its mean over a ring along the outline, extrapolated
@@ -100,17 +98,15 @@ cv::Mat3f ColorAtOutline(const cv::Mat3f& colors, const cv::Mat1f& distance, con
     }
   return result;
 }
-Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc,
-                int window) {
+Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc, int window) {
   const Sides wide = WideSides(colors, mask, disc, window);
   const auto find = [&](const cv::Mat1b& part, const cv::Mat1b& side, const cv::Mat3f& color) {
     cv::Mat1f distance;
     cv::distanceTransform(part, distance, cv::DIST_L2, cv::DIST_MASK_5);
     return ColorAtOutline(colors, distance, side, color);
   };
-  return MakeSides(
-      [&] { return find(mask, mask.mul(1 - Dilated(disc, kApart)), wide.cloth); },
-      [&] { return find(1 - mask, 1 - mask, wide.ground); });
+  return MakeSides([&] { return find(mask, mask.mul(1 - Dilated(disc, kApart)), wide.cloth); },
+                   [&] { return find(1 - mask, 1 - mask, wide.ground); });
 }
 
 // Each pixel near the outline has the light of disc, cloth and ground by their shares, also
@@ -304,8 +300,7 @@ RefinedCloth RefinePart(const PhotoPlanes& planes, const RoughCloth& rough, cons
   };
   for (int round = 0; round < kRounds; ++round) move(planes.lab, kBand);
   const Position position = locate(planes.lab);
-  const cv::Mat3f disc_light =
-      LocalMean(planes.light, Eroded(disc, kApart), window).color;
+  const cv::Mat3f disc_light = LocalMean(planes.light, Eroded(disc, kApart), window).color;
   if (has_pattern) {
     move(planes.light, 2);
     cv::GaussianBlur(cv::Mat1f(cloth.mask), cloth.coverage, {}, 1.0);

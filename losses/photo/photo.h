@@ -119,8 +119,8 @@ struct PhotoResult {
   GrayImage silhouette;  // as a pinhole that looks straight down sees it, from where the camera was
   Camera camera;         // that pinhole; orthographic without a marker
   GrayImage projected;   // estimated vertical projection, for the camera of the published images
-  Eigen::VectorXd radius;  // of that projection [m], shape [360] (VerticalProfile)
-  ShapeFeatures shape;     // of that projection
+  Eigen::VectorXd radius;          // of that projection [m], shape [360] (VerticalProfile)
+  ShapeFeatures shape;             // of that projection
   double coefficient_sd = 0.0;     // standard deviation of its drape coefficient
   double plane_coefficient = 0.0;  // drape coefficient without a model of the camera, as if the
                                    // drape were flat

@@ -18,8 +18,9 @@ struct ProgramResult {
 };
 
 // Starts a program, found on PATH and without a shell, on three descriptors, with no other open
-// ones; `arguments` begins with its name. It is in a process group of its own, out of reach of Ctrl-C, and ends with the
-// thread that started it. Its exit code is 127 when there is no such program.
+// ones; `arguments` begins with its name. It is in a process group of its own, out of reach of
+// Ctrl-C, and ends with the thread that started it. Its exit code is 127 when there is no such
+// program.
 pid_t StartProgram(const std::vector<std::string>& arguments, int in, int out, int errors);
 
 // Runs a program, found on PATH and without a shell, and waits for it; `arguments` begins with its

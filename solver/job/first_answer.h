@@ -16,8 +16,8 @@ namespace drape {
 // 90 %. Logs a line for each. No sheets where no pool has the images' discs.
 std::vector<LaboratorySheet> AnswerAtOnce(const FitInput& input, const RunControl& control);
 
-// The bending length of that answer, by an outline in the plane of the support [m], of a multiple of
-// kPoolAngles points; none where no pool has the discs.
+// The bending length of that answer, by an outline in the plane of the support [m], of a multiple
+// of kPoolAngles points; none where no pool has the discs.
 std::optional<LaboratoryRow> AnswerBendingLength(const Eigen::VectorXd& radius,
                                                  const DrapeDiscs& discs);
 

@@ -436,10 +436,10 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
                                 ? "out/" + fs::weakly_canonical(operand).filename().string()
                                 : "out/" + fs::path(operand).stem().string();
   const std::string out = (given.starts_with("-") ? "./" : "") + given;  // the report takes a word
-  const std::string config = options.fit_config.empty()
-                                 ? FindConfigs(folder, "option 'fit_config'") +
-                                       "/programs/fit_bayes.json"
-                                 : options.fit_config;
+  const std::string config =
+      options.fit_config.empty()
+          ? FindConfigs(folder, "option 'fit_config'") + "/programs/fit_bayes.json"
+          : options.fit_config;
   SampleTable table;
   std::vector<std::string> files = {operand};
   if (IsOfSamples(operand)) {

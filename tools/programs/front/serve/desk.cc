@@ -33,7 +33,7 @@ constexpr int kNice = 10;  // a fit leaves the processor to the measurement of a
 constexpr auto kPoll = std::chrono::milliseconds(10);
 constexpr auto kPatience = std::chrono::seconds(10);  // after SIGTERM
 
-std::string IdOf(std::size_t number) { return Format("%04zu", number); }
+std::string MakeId(std::size_t number) { return Format("%04zu", number); }
 
 bool IsId(const std::string& name) {
   return name.size() >= 4 && name.size() <= 6 &&
@@ -141,8 +141,8 @@ std::string Desk::Insert(const std::string& staged, json record) {
   record["state"] = "queued";
   WriteStoredJson(staged + "/record.json", kRecordFormat, record, 1);
   std::size_t number = items_.empty() ? 1 : std::stoul(items_.rbegin()->first) + 1;
-  while (fs::exists(fs::symlink_status(Folder(IdOf(number))))) ++number;
-  const std::string id = IdOf(number);
+  while (fs::exists(fs::symlink_status(Folder(MakeId(number))))) ++number;
+  const std::string id = MakeId(number);
   fs::rename(staged, Folder(id));
   items_[id] = {.record = std::move(record), .changed = ++version_};
   queued_.notify_all();
@@ -152,10 +152,9 @@ std::string Desk::Insert(const std::string& staged, json record) {
 std::string Desk::AddPicture(const std::string& staged, const std::string& file,
                              const std::string& name) {
   const std::lock_guard lock(mutex_);
-  return Insert(staged, {{"kind", "picture"},
-                         {"file", file},
-                         {"name", PlainText(name)},
-                         {"fields", json::object()}});
+  return Insert(
+      staged,
+      {{"kind", "picture"}, {"file", file}, {"name", PlainText(name)}, {"fields", json::object()}});
 }
 
 void Desk::Change(const std::string& id, const json& fields) {
@@ -193,7 +192,7 @@ std::string Desk::AddJob(const json& wanted) {
       if (names.find(fabric) == names.npos) names.append(names.empty() ? "" : ", ").append(fabric);
       pictures.emplace_back(id, item.record);
     }
-    if (pictures.empty()) throw InputError("pictures", "found none, expected at least one");
+    if (pictures.empty()) throw InputError("pictures", "is empty, expected at least one");
     record["name"] = PlainText(names);
     samples = SamplesText(pictures);
   } else if (kind == "export" || kind == "garment") {
@@ -285,9 +284,9 @@ void Desk::RunItem(const std::string& id, std::unique_lock<std::mutex>& lock) {
     if (!IsIn(item, "cancelled")) item.record["state"] = "queued";
   } else if (IsIn(item, "running")) {
     item.record["state"] = code == kExitOk ? "done" : "failed";
-    item.record["result"] =
-        code == kExitOk ? ReadResult(Folder(id), item.record) : json::object();
-    if (code != kExitOk && !item.record.contains("error")) item.record["error"] = LastLine(log_path);
+    item.record["result"] = code == kExitOk ? ReadResult(Folder(id), item.record) : json::object();
+    if (code != kExitOk && !item.record.contains("error"))
+      item.record["error"] = LastLine(log_path);
   }
   try {
     Touch(id, &item);

@@ -64,8 +64,8 @@ std::string DeskCommand::Text() const {
 }
 
 bool IsOfMeasurement(const std::string& field) {
-  static const std::set<std::string> fields = {"warp",      "diameter",     "support", "focal_35mm",
-                                               "threshold", "cloth_points", "ground_points"};
+  static const std::set<std::string> fields = {
+      "warp", "diameter", "support", "focal_35mm", "threshold", "cloth_points", "ground_points"};
   return fields.contains(field);
 }
 
@@ -108,8 +108,7 @@ std::vector<DeskCommand> ListCommands(const std::string& id, const json& record,
   }
   if (kind == "fit") {
     DeskCommand fit{"", {folder + "/samples.csv", threads, "--out=" + folder + "/result"}};
-    if (!options.fit_config.empty())
-      fit.arguments.push_back("--fit_config=" + options.fit_config);
+    if (!options.fit_config.empty()) fit.arguments.push_back("--fit_config=" + options.fit_config);
     return {fit};
   }
   const std::string fabric = options.out + "/" + record.at("of").get<std::string>() + "/result/" +

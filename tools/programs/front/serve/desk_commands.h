@@ -26,9 +26,9 @@ struct DeskCommand {
 
 // The columns of samples.csv that a photograph's fields set.
 inline constexpr const char* kFieldColumns[] = {
-    "fabric",  "sample",     "specimen",  "face",         "warp",         "mass",     "diameter",
-    "support", "focal_35mm", "threshold", "cloth_points", "ground_points", "date",    "operator",
-    "customer"};
+    "fabric",       "sample",        "specimen", "face",       "warp",
+    "mass",         "diameter",      "support",  "focal_35mm", "threshold",
+    "cloth_points", "ground_points", "date",     "operator",   "customer"};
 
 // Returns whether a photograph is measured again when that field changes.
 bool IsOfMeasurement(const std::string& field);

@@ -77,16 +77,18 @@ void Answer(Response& response, const json& value) {
 
 // The kind of a picture by its first bytes; empty for what is none.
 std::string PictureKind(std::string_view begin) {
-  return begin.starts_with("\xFF\xD8\xFF")         ? "jpg"
+  return begin.starts_with("\xFF\xD8\xFF")        ? "jpg"
          : begin.starts_with("\x89PNG\r\n\x1A\n") ? "png"
-                                                   : "";
+                                                  : "";
 }
 
 std::string ContentType(const std::string& name) {
-  static const std::map<std::string, const char*> types = {
-      {".html", "text/html; charset=utf-8"}, {".png", "image/png"},        {".jpg", "image/jpeg"},
-      {".json", "application/json"},         {".csv", "text/csv; charset=utf-8"},
-      {".txt", "text/plain; charset=utf-8"}};
+  static const std::map<std::string, const char*> types = {{".html", "text/html; charset=utf-8"},
+                                                           {".png", "image/png"},
+                                                           {".jpg", "image/jpeg"},
+                                                           {".json", "application/json"},
+                                                           {".csv", "text/csv; charset=utf-8"},
+                                                           {".txt", "text/plain; charset=utf-8"}};
   const auto found = types.find(fs::path(name).extension());
   return found == types.end() ? "application/octet-stream" : found->second;
 }
@@ -227,13 +229,15 @@ class Site {
     });
     file.close();
     const bool was_announced = response.status == kTooLarge;  // by the header of the request
-    if (was_announced || size > kMostUpload) return drop(kTooLarge, "the file is larger than 64 MiB");
+    if (was_announced || size > kMostUpload)
+      return drop(kTooLarge, "the file is larger than 64 MiB");
     if (kind.empty()) return drop(kOtherKind, "the file is neither JPEG nor PNG");
     if (!is_whole || !file) return drop(kBadRequest, "the file did not arrive as a whole");
     try {
       fs::rename(staged + "/upload", staged + "/picture." + kind);
-      Answer(response, {{"id", desk_.AddPicture(staged, "picture." + kind,
-                                                request.get_param_value("name"))}});
+      Answer(
+          response,
+          {{"id", desk_.AddPicture(staged, "picture." + kind, request.get_param_value("name"))}});
     } catch (const InputError& error) {
       drop(kBadRequest, error.what());
     }
@@ -245,21 +249,21 @@ class Site {
 };
 
 OptionTable ServeTable(DeskOptions& options) {
-  return {
-      .tool = "drape_serve",
-      .summary = "shows a page on which photographs are measured, fitted and compared",
-      .example = "drape_serve --out=out/desk",
-      .notes = "Open the printed address in a browser of this computer; others cannot reach it. It "
-               "is new at each start. The page runs the programs of drapefit and shows their "
-               "commands. Photographs and results are in the folder OUT. A desk that was stopped "
-               "continues what it had begun.\n",
-      .options = {OutOption(options.out),
-                  NumberOption("port", &options.port, 0, 65535, "port; 0: a free one"),
-                  NumberOption("jobs", &options.jobs, 1, 64,
-                               "number of fits and other jobs that run at a time"),
-                  PathOption("fit_config", &options.fit_config,
-                             "config file of fits, as of drapefit; empty: its own"),
-                  ThreadsOption(options.threads)}};
+  return {.tool = "drape_serve",
+          .summary = "shows a page on which photographs are measured, fitted and compared",
+          .example = "drape_serve --out=out/desk",
+          .notes =
+              "Open the printed address in a browser of this computer; others cannot reach it. It "
+              "is new at each start. The page runs the programs of drapefit and shows their "
+              "commands. Photographs and results are in the folder OUT. A desk that was stopped "
+              "continues what it had begun.\n",
+          .options = {OutOption(options.out),
+                      NumberOption("port", &options.port, 0, 65535, "port; 0: a free one"),
+                      NumberOption("jobs", &options.jobs, 1, 64,
+                                   "number of fits and other jobs that run at a time"),
+                      PathOption("fit_config", &options.fit_config,
+                                 "config file of fits, as of drapefit; empty: its own"),
+                      ThreadsOption(options.threads)}};
 }
 
 // The library lets five clients wait to be accepted; at fifty at once some would be sent away.

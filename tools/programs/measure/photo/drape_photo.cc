@@ -43,7 +43,8 @@ struct PhotoToolOptions {
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kRefused = "refused.png";
 
-// The bending length of pooled drapes like this one, with its name; empty without a pool of these discs.
+// The bending length of pooled drapes like this one, with its name; empty without a pool of these
+// discs.
 std::string LengthText(const PhotoResult& result, const DrapeDiscs& discs) {
   const std::optional<LaboratoryRow> row = AnswerBendingLength(result.radius, discs);
   return row ? row->Text() : "";
@@ -92,8 +93,7 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
       Format("  folds                      %d\n", result.shape.folds) +
       Format("  radius                     %.1f … %.1f mm\n", 1e3 * result.shape.radius_min,
              1e3 * result.shape.radius_max);
-  if (!length.empty())
-    text += "  " + length + ", by pooled drapes like it\n";
+  if (!length.empty()) text += "  " + length + ", by pooled drapes like it\n";
   if (camera.kind == CameraKind::kPinhole)
     text += Format(
         "  camera                     %.2f m above the support, tilted by %.1f degrees, "
@@ -114,8 +114,10 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
           "SAMPLES: several photographs, a folder, or a table samples.csv with columns file, "
           "fabric, "
           "sample, specimen, face (up, down), warp, mass (g/m2), diameter (m), date, operator, of "
-          "which file is needed; the columns support, disc, focal_35mm, threshold, cloth_points and "
-          "ground_points set these options for their row. Each photograph gets a folder in the output folder. samples.csv "
+          "which file is needed; the columns support, disc, focal_35mm, threshold, cloth_points "
+          "and "
+          "ground_points set these options for their row. Each photograph gets a folder in the "
+          "output folder. samples.csv "
           "there is the table with the silhouettes and what was measured, for drape_fit "
           "--images=samples.csv#fabric; statistics.csv has mean, standard deviation, n and "
           "interval "
