@@ -60,10 +60,11 @@ void VisitFields(Options& options, Visitor&& visit) {
   auto& [path, min_relative_stiffness] = options;
   visit(path,
         Field{.key = "fabric",
-              .doc = "fabric: a material file, FILE#name where it holds several, or a folder of "
-                     "drape_fit",
+              .doc = "fabric: a name that drape_fabrics lists, a material file, FILE#name where it "
+                     "holds several, or a folder of drape_fit",
               .is_path = true,
-              .words = {kBuiltInName}});
+              .words = {kBuiltInName},
+              .presets = "fabrics"});
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "table entries below this share of the largest of their column, negative ones "

@@ -20,6 +20,7 @@
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
+#include "tools/cli/program_folder.h"
 #include "tools/cli/provenance.h"
 
 namespace drape {
@@ -66,6 +67,21 @@ bool IsNoPath(const Option& option, const std::string& text) {
   });
 }
 
+// The file of a name that stands for one of configs/; empty where it is none.
+std::string FindPreset(const Given& given, const std::string& text) {
+  namespace fs = std::filesystem;
+  if (given.option.presets.empty() || text.find_first_of("./#") != text.npos ||
+      fs::exists(fs::path(given.folder) / text))
+    return "";
+  try {
+    const std::string file =
+        FindConfigs(ProgramFolder(), "presets") + "/" + given.option.presets + "/" + text + ".json";
+    return fs::exists(file) ? file : "";
+  } catch (const InputError&) {  // no configs beside the programs
+    return "";
+  }
+}
+
 std::string ParseText(const Given& given, const std::string& text) {
   const Option& option = given.option;
   const auto& choices = option.choices;
@@ -76,8 +92,9 @@ std::string ParseText(const Given& given, const std::string& text) {
     given.Fail("a file or " + JoinChoices(option.words, ", "));
   // Results name their inputs, and those are JSON.
   if (!IsUtf8(given.folder + text)) given.Fail("UTF-8 text");
-  if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text))
-    return text;
+  if (!option.is_path || text.empty() || IsNoPath(option, text)) return text;
+  if (const std::string preset = FindPreset(given, text); !preset.empty()) return preset;
+  if (given.folder.empty()) return text;
   return (std::filesystem::path(given.folder) / text).string();
 }
 

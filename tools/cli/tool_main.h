@@ -58,6 +58,7 @@ int CompareMain(int argc, char** argv);            // drape_compare
 int CompareOptimisersMain(int argc, char** argv);  // drape_compare_optimisers
 int EquilibriaMain(int argc, char** argv);         // drape_equilibria
 int ExportMain(int argc, char** argv);             // drape_export
+int FabricsMain(int argc, char** argv);            // drape_fabrics
 int FitMain(int argc, char** argv);                // drape_fit
 int GarmentMain(int argc, char** argv);            // drape_garment
 int GradientsMain(int argc, char** argv);          // drape_gradients

@@ -85,6 +85,8 @@ struct Field {
   bool is_path = false;
   // Texts that are no paths: "flat", or, with a colon, a prefix.
   std::vector<std::string> words = {};
+  // The folder of configs/ whose files a name without a slash or dot stands for; empty: none.
+  std::string presets = {};
   bool required = false;  // no default: the user must give it
   // A repetition of a run takes it from the summary; false: where and how one run is made, such as
   // the paths of its results.

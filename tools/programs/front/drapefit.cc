@@ -64,6 +64,7 @@ constexpr Program kPrograms[] = {
     {"export", kReport, "write a fitted fabric for other simulators and for statistics",
      ExportMain},
     {"simulate", kDrapes, "drape a fabric of known stiffness", SimulateMain},
+    {"fabrics", kDrapes, "list the fabrics that programs know by name", FabricsMain},
     {"metrics", kDrapes, "measure and compare drapes: coefficient, folds, outline", MetricsMain},
     {"equilibria", kDrapes, "find all stable drapes of a fabric", EquilibriaMain},
     {"garment", kDrapes, "dress a moving body in a garment of a fitted fabric", GarmentMain},
