@@ -33,6 +33,16 @@ done
 if "$drapefit" fti 2>"$scratch/err"; then fail "ran an unknown verb"; else [ $? -eq 2 ]; fi
 grep -q "unknown verb 'fti', did you mean 'fit'" "$scratch/err"
 
+# The fabrics that programs know by name.
+"$drapefit" fabrics --starts=0 >"$scratch/fabrics"
+for file in "$source"/configs/fabrics/*.json; do
+  name=$(basename "$file" .json)
+  grep -q "^$name  *[0-9]" "$scratch/fabrics" || fail "drapefit fabrics lacks $name"
+done
+"$drapefit" simulate --fabric=synthetic_knit --mesh=disc:100 --steps=2 --out="$scratch/knit" \
+  >"$scratch/log" 2>&1 || fail "knows no fabric by its name: $(cat "$scratch/log")"
+grep -q 'fabrics/synthetic_knit.json' "$scratch/knit/summary.json" || fail "took another fabric"
+
 # Manual pages.
 if command -v groff >/dev/null; then
   for page in "$scratch"/man/*.1; do

@@ -47,6 +47,7 @@ TEST_F(PhotoTool, WritesWhatAFitReads) {
   const Json summary = ReadJson(Path("out/summary.json"));
   const Json photograph = ReadJson(Path("out/camera.json"))["photograph"];
   for (const char* key : {"dc", "dc_sd", "warnings"}) EXPECT_EQ(photograph[key], summary[key]);
+  EXPECT_THAT(summary["bending_length"], HasSubstr("bending length c, overall "));
   EXPECT_EQ(ReadWarp(Path("out/camera.json")), "unknown");
   ExpectMeasured(Run(Path("a.jpg"), {"--warp=12"}));
   EXPECT_EQ(ReadWarp(Path("out/camera.json")), "12");
@@ -140,6 +141,20 @@ TEST_F(PhotoTool, SumsUpSamples) {
   EXPECT_EQ(std::filesystem::last_write_time(Path("out/a/a.png")), before);
   EXPECT_TRUE(std::filesystem::exists(Path("out/b/b.png")));
   ExpectOneLineError(Run(Write("none.csv", "file\nc.jpg\n")), "no photograph can be measured; ");
+}
+
+// A column with the name of an option sets it for its row.
+TEST_F(PhotoTool, TakesOptionsFromColumns) {
+  WritePhotoFile(SmallScene(), Picture(), Path("a.jpg"));
+  WritePhotoFile(SmallScene(), Picture(), Path("b.jpg"));
+  const std::string table = Write("samples.csv",
+                                  "file;focal_35mm;ground_points\na.jpg;;\n"
+                                  "b.jpg;30;\"20,20,30,30\"\n");
+  ASSERT_EQ(Run(table).exit_code, 0);
+  const double a = ReadCamera(Path("out/a/camera.json")).eye_height;
+  EXPECT_NEAR(ReadCamera(Path("out/b/camera.json")).eye_height / a, 30 / SmallScene().focal_35mm,
+              0.02);
+  ExpectOneLineError(Run(Write("bad.csv", "file;threshold\na.jpg;2\n")), "column 'threshold'");
 }
 
 }  // namespace

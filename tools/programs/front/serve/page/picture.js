@@ -155,6 +155,7 @@ export class Picture {
     if (!(x >= 0 && y >= 0 && x < this.size[0] && y < this.size[1])) return;
     const points = [...this.points(this.adds()), [Math.floor(x), Math.floor(y)]];
     this.send({ [this.adds()]: points.join(",") });
+    this.flush();
   }
 
   moveCross(event) {
