@@ -266,12 +266,6 @@ OptionTable ServeTable(DeskOptions& options) {
                       ThreadsOption(options.threads)}};
 }
 
-// The library lets five clients wait to be accepted; at fifty at once some would be sent away.
-class DeskServer : public Server {
- public:
-  void Widen() { ::listen(svr_sock_, SOMAXCONN); }
-};
-
 // Ports are not shared with other servers.
 void SetSocketOptions(socket_t socket) {
   const int yes = 1;
@@ -282,7 +276,7 @@ ToolOutcome Run(const DeskOptions& options, const RunControl& control) {
   const std::string programs = ProgramFolder();
   if (!HasProgram(programs, "photo"))
     throw InputError("drape_photo", "is not among the programs here, expected for photographs");
-  DeskServer server;
+  Server server;
   server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
   server.set_socket_options(SetSocketOptions);
   server.set_keep_alive_max_count(1);
@@ -293,7 +287,6 @@ ToolOutcome Run(const DeskOptions& options, const RunControl& control) {
   if (options.port != 0 && !server.bind_to_port(kAddress, options.port))
     throw InputError("option 'port'",
                      Format("port %d is not free, expected another or 0", options.port));
-  server.Widen();
   Desk desk(options);
   Site site(&desk, port);
   site.Attach(&server);

@@ -215,14 +215,15 @@ class Attack(unittest.TestCase):
 
     def test_cancel_ends_the_programs(self):
         item = self.run_fit()
-        self.desk.wait(item, 'running')
-        time.sleep(1.5)
+        while not any('drape_fit' in line for line in self.children()):
+            time.sleep(0.05)
         self.desk.post(f'cancel/{item}', {})
         begin = time.time()
         while self.children() and time.time() < begin + 5:
             time.sleep(0.05)
         self.assertLess(time.time() - begin, 2.5)
         self.assertEqual(self.desk.items()[item]['state'], 'cancelled')
+        self.assertFalse((self.path / 'desk' / item / 'result/report.html').exists())
         self.desk.post(f'retry/{item}', {})
         self.assertEqual(self.desk.wait(item, 'done', 'failed')['result']['fits'], ['fit'])
 
