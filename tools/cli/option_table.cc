@@ -93,7 +93,7 @@ std::string ParseText(const Given& given, const std::string& text) {
   // Results name their inputs, and those are JSON.
   if (!IsUtf8(given.folder + text)) given.Fail("UTF-8 text");
   if (!option.is_path || text.empty() || IsNoPath(option, text)) return text;
-  if (const std::string preset = FindPreset(given, text); !preset.empty()) return preset;
+  if (std::string preset = FindPreset(given, text); !preset.empty()) return preset;
   if (given.folder.empty()) return text;
   return (std::filesystem::path(given.folder) / text).string();
 }

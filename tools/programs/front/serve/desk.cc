@@ -126,7 +126,7 @@ json Desk::State(long since) {
 }
 
 std::string Desk::MakeStaged() const {
-  const std::string folder = options_.out + "/" + TemporaryName();
+  std::string folder = options_.out + "/" + TemporaryName();
   if (mkdir(folder.c_str(), 0755) != 0) throw IoError(folder, "cannot be made");
   return folder;
 }
@@ -142,7 +142,7 @@ std::string Desk::Insert(const std::string& staged, json record) {
   WriteStoredJson(staged + "/record.json", kRecordFormat, record, 1);
   std::size_t number = items_.empty() ? 1 : std::stoul(items_.rbegin()->first) + 1;
   while (fs::exists(fs::symlink_status(Folder(MakeId(number))))) ++number;
-  const std::string id = MakeId(number);
+  std::string id = MakeId(number);
   fs::rename(staged, Folder(id));
   items_[id] = {.record = std::move(record), .changed = ++version_};
   queued_.notify_all();

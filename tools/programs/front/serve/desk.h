@@ -17,7 +17,7 @@
 namespace drape {
 
 // A photograph or a job. All of it is in the folder OUT/ID.
-struct DeskItem {
+struct DeskItem {          // NOLINT(bugprone-exception-escape)
   nlohmann::json record;   // record.json
   long changed = 0;        // number of the change that was the last one
   pid_t child = 0;         // the program that runs
