@@ -214,9 +214,16 @@ class Attack(unittest.TestCase):
         return [line for line in children.splitlines() if f'{self.path}/desk/' in line]
 
     def test_cancel_ends_the_programs(self):
+        slow = socket.create_connection(('127.0.0.1', self.desk.port))
+        self.addCleanup(slow.close)
+        slow.sendall(b'GET /')
         item = self.run_fit()
         while not any('drape_fit' in line for line in self.children()):
             time.sleep(0.05)
+        for line in self.children():
+            if 'drape_serve' not in line:  # no connection is open in a program
+                files = pathlib.Path(f'/proc/{line.split()[0]}/fd').iterdir()
+                self.assertFalse([file for file in map(os.readlink, files) if 'socket' in file])
         self.desk.post(f'cancel/{item}', {})
         begin = time.time()
         while self.children() and time.time() < begin + 5:

@@ -223,7 +223,9 @@ function jobCard(id) {
       title.textContent = `${kind} ${item.name}${item.fit ? ` (${item.fit})` : ""}`;
       const lines = (item.tail ?? "").trimEnd().split("\n");
       const found = lines.map((line) => /^(\w+) +(\d+) %/.exec(line)).filter(Boolean).pop();
-      state.textContent = item.state === "running" ? lines.at(-1) || "begins" : stateText[item.state];
+      const once = lines.find((line) => line.includes(" at once: "))?.split(" at once: ")[1];
+      state.textContent = item.state === "running"
+        ? [lines.at(-1) || "begins", once].filter(Boolean).join("; at once: ") : stateText[item.state];
       progress.hidden = item.state !== "running";
       progress.ariaLabel = `Progress of ${title.textContent}`;
       if (found) progress.value = Number(found[2]);
