@@ -151,6 +151,9 @@ class DeskInABrowser(unittest.TestCase):
             browser.mouse('mouseReleased', cx + (x - cx) * wider, y)
             browser.until(f'document.querySelector("#command").textContent.includes("{words}")')
             browser.until('!document.querySelector("#result").textContent.includes("The measurement")')
+            if wider > 1:
+                browser.until('/^Not measured: wrong size/.test('
+                              'document.querySelector("#result").textContent)')
         browser.until(DONE.format(2))
         self.assertEqual(self.text('#result')[:24], before[:24])
         # A fabric with a slash is refused in one line; the earlier one stays.

@@ -164,7 +164,7 @@ function showEditor(all = false) {
   const { result, warnings = result?.warnings ?? [] } = item;
   const text = {
     done: () => `Drape coefficient ${percent(result)}, ${result.folds} nodes; ${result.bending_length || "bending length not known"}.`,
-    failed: () => item.error,
+    failed: () => item.error.replace(/^drape_photo: error: (\S*\/picture\.\w+: )?/, "Not measured: "),
   }[item.state]?.() ?? `The measurement ${stateText[item.state]}.`;
   const notes = item.state === "done" ? warnings.map((warning) => ` Note: ${warning}.`).join("") : "";
   if ($("result").textContent !== text + notes) $("result").textContent = text + notes;

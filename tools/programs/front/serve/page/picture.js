@@ -171,7 +171,7 @@ export class Picture {
   // Puts all marks where the values are. Without a measurement there is no scale, and circles are
   // hidden.
   update() {
-    const { unit, item, layer } = this;
+    const { item, layer } = this;
     const box = item.state === "done" ? item.result?.specimen_in_overlay_px : undefined;
     if (box) {
       const factor = Math.max(...this.size) / OVERLAY_SIDE;
@@ -182,6 +182,7 @@ export class Picture {
       this.centre = this.size.map((side) => side / 2);
     }
     this.zoom();
+    const { unit } = this;
     for (const key of Object.keys(HANDLES)) this.place_(key);
     layer.querySelectorAll(":scope > [data-point]").forEach((node) => node.remove());
     for (const key of ["cloth_points", "ground_points"])
