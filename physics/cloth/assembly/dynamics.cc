@@ -58,21 +58,23 @@ void ForEachAirDerivative(const ClothModel& model, const MaterialField& material
   }
 }
 
-// columns += ∂(impulse of the air)/∂(c, wind).
+// columns += ∂(impulse of the air)/∂(c, wind). The impulse is in proportion to c.
 void AddAirColumns(const ClothModel& model, const MaterialField& material, const MovingStep& step,
                    RowMatrix& columns) {
   const Dynamics& moving = material.dynamics;
-  const auto wind = Seeded<4>(moving.wind, 1);
+  const auto wind = Seeded<3>(moving.wind, 0);
   for (const Face& face : model.mesh.faces) {
-    Dual<4> drag = FaceDrag(face, moving, step.h);
-    drag.v[0] = step.h * face.area / 3.0;
-    const auto n = Constant<4>(FaceNormal(face, step.x));
+    const double area_time = step.h * face.area / 3.0;
+    const Vec3<double> n = FaceNormal(face, step.x);
     for (const int i : face.vertex) {
-      const auto impulse = AirImpulse(drag, n, Constant<4>(LoadVec3(step.v.data(), i)),
-                                      Constant<4>(LoadVec3(step.w.data(), i)), wind);
-      static_assert(kByWind == kByAirDrag + 1);
+      const Vec3<double> v = LoadVec3(step.v.data(), i), w = LoadVec3(step.w.data(), i);
+      const Vec3<double> by_drag = AirImpulse(area_time, n, v, w, moving.wind);
+      for (int r = 0; r < 3; ++r) columns(3 * i + r, kByAirDrag) += (&by_drag.x)[r];
+      if (moving.air_drag == 0.0) continue;
+      const auto impulse = AirImpulse(Dual<3>(FaceDrag(face, moving, step.h)), Constant<3>(n),
+                                      Constant<3>(v), Constant<3>(w), wind);
       for (int r = 0; r < 3; ++r)
-        for (int j = 0; j < 4; ++j) columns(3 * i + r, kByAirDrag + j) += (&impulse.x)[r].v[j];
+        for (int j = 0; j < 3; ++j) columns(3 * i + r, kByWind + j) += (&impulse.x)[r].v[j];
     }
   }
 }
