@@ -16,6 +16,8 @@ namespace {
 
 // A retried guess replaces a fitted drape when its misfit is lower by this factor.
 constexpr double kRetryGain = 0.97;
+// A drape that is pulled from a fitted one replaces it when its misfit is lower by this factor.
+constexpr double kPullGain = 0.999;
 // The shape after the time steps is taken to rest where its misfit is below this factor of the
 // least: on its way to rest it hardly gets nearer.
 constexpr double kRestFactor = 1.3;
@@ -212,6 +214,46 @@ void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
         MisfitUnit(problem_));
     best = rms;
   }
+}
+
+// Where the drape of observation i comes to rest from some starts near it, each pulled to what was
+// measured: nearer to that than before, or as it was. Returns whether it is nearer.
+bool CandidateFitter::SettleNearer(int i, CandidateTask& task) const {
+  const MaterialField material = FittedMaterial(options_, task.candidate);
+  const Observation observation = LaidObservations(problem_, task.candidate)[i];
+  const std::shared_ptr<const Experiment> measured = observation.Measured();
+  const SettleOptions settle = CancellableSettle();
+  const Eigen::VectorXd fitted = task.candidate.shapes[i];
+  const double before = ComputeProfileRms(observation, material, fitted).value_or(kNoDrape);
+  double best = before;
+  for (int number = 0; number <= measured->random_starts && !Cancelled(); ++number) {
+    State start = MakeStart(*measured, fine_.model(), number);
+    start.x = number == 0 ? fitted : Eigen::VectorXd(fitted + start.x - fine_.model().mesh.rest_x);
+    SettledDrape drape = SettleGuided(fine_, material, start, observation, settle);
+    ++task.counts.rollouts;
+    if (!drape.IsUsable(settle.solve_mode)) continue;
+    const double rms = ComputeProfileRms(observation, material, drape.rest.x).value_or(kNoDrape);
+    if (!(rms < kPullGain * best)) continue;
+    best = rms;
+    task.candidate.shapes[i] = std::move(drape.rest.x);
+  }
+  if (best < before)
+    Log(task, "drape %d is pulled to another: %.3f -> %.3f %s", i + 1, before, best,
+        MisfitUnit(problem_));
+  return best < before;
+}
+
+bool CandidateFitter::FitNearer(CandidateTask& task) const {
+  const FitCandidate before = task.candidate;
+  bool is_nearer = false;
+  for (int i = 0; i < int(before.shapes.size()); ++i)
+    is_nearer = SettleNearer(i, task) || is_nearer;
+  if (is_nearer && !Cancelled()) {
+    Fit(task, [](double) {});
+    if (task.candidate.valid() && task.candidate.cost < before.cost) return true;
+  }
+  task.candidate = before;
+  return false;
 }
 
 void CandidateFitter::Fit(CandidateTask& task, const std::function<void(double)>& progress) const {

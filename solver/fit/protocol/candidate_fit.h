@@ -32,6 +32,9 @@ class CandidateFitter {
   // Tries all start shapes with the material fitted so far; drapes that come nearer to their images
   // replace the candidate's.
   void RetryGuesses(CandidateTask& task) const;
+  // Continues a fit of an experiment on a branch that is nearer to what was measured, if pulls from
+  // its drapes find one [METHODS, P58]. Returns whether the fit has improved.
+  bool FitNearer(CandidateTask& task) const;
   // Takes the drapes of a fit on another mesh over to this one, where they settle under the
   // material fitted so far, guided by their images. Where one is not stable, the start shapes are
   // tried again, then smaller stretch entries of the base. Without shapes afterwards when nothing
@@ -56,6 +59,7 @@ class CandidateFitter {
   double SettleBest(const MaterialField& material, int i, double lift, double most,
                     CandidateTask& task) const;
   SettleOptions CancellableSettle() const;
+  bool SettleNearer(int i, CandidateTask& task) const;
   void SettleCarried(const std::vector<State>& starts, CandidateTask& task) const;
   void RetryGuesses(const MaterialField& material, int i, CandidateTask& task) const;
   std::optional<double> ComputeProfileRms(const Observation& observation,

@@ -270,6 +270,8 @@ class StagedFitter {
     const FitCandidate before = candidate;
     if (round == 1 && !problem_.is_pooled) fitter.RetryGuesses(work);
     if (!Cancelled()) fitter.Fit(work, progress);
+    if (round > 0 && FindExperiment(problem_) != nullptr)
+      for (int pulls = 0; pulls < kMostPulls && fitter.FitNearer(work); ++pulls) continue;
     // The result of an earlier round or part stays if this one fails, or is cancelled before it has
     // one; that of an earlier part also if this one is worse.
     const bool unfitted = !candidate.valid() || (Cancelled() && candidate.cost == before.cost);
@@ -331,6 +333,7 @@ class StagedFitter {
   }
 
   static constexpr double kSameRms = 1e-4;  // [px]
+  static constexpr int kMostPulls = 3;      // of a candidate in a round
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
