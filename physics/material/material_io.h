@@ -60,8 +60,8 @@ void VisitFields(Options& options, Visitor&& visit) {
   auto& [path, min_relative_stiffness] = options;
   visit(path,
         Field{.key = "fabric",
-              .doc = "fabric: a name that drape_fabrics lists, a material file, FILE#name where it "
-                     "holds several, or a folder of drape_fit",
+              .doc = "fabric: a name that drape_fabrics lists, a material file, FILE#name, or a "
+                     "folder of drape_fit",
               .is_path = true,
               .words = {kBuiltInName},
               .presets = "fabrics"});

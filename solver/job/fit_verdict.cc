@@ -160,7 +160,7 @@ void JudgeReach(const FitReport& report, Judge& judge) {
 }
 
 void JudgeMeasurements(const FitReport& report, Judges& judges) {
-  constexpr double kMuch = 2.0;  // of EnlargeSigma
+  constexpr double kMuch = 2.0, kTooMuch = 5.0;  // factors on sigma
   for (const MeasurementReport& each : report.measurements) {
     const std::string off = each.experiment + ": " + each.name +
                             Format(" are off by %.1f sigma, root mean square", each.misfit);
@@ -177,11 +177,13 @@ void JudgeMeasurements(const FitReport& report, Judges& judges) {
   std::map<std::string, const MeasurementReport*> by_experiment;
   for (const MeasurementReport& each : report.measurements) by_experiment[each.experiment] = &each;
   const auto judge_grid = [&](const std::string& experiment, const char* fault, double factor) {
-    if (factor > kMuch)
-      judges.shape.Add(FitGrade::kUsable,
-                       experiment + Format(": %s for what was measured, and intervals count %.2g "
-                                           "times the sigma",
-                                           fault, factor));
+    const std::string reason =
+        experiment + Format(": %s for what was measured, and intervals count %.2g times the sigma",
+                            fault, factor);
+    if (factor > kTooMuch)  // the material explains the error
+      judges.Condemn(reason);
+    else if (factor > kMuch)
+      judges.shape.Add(FitGrade::kUsable, reason);
   };
   for (const auto& [experiment, measurement] : by_experiment) {
     judge_grid(experiment, "the mesh is too coarse", measurement->mesh_factor);
