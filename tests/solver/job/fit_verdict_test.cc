@@ -217,6 +217,22 @@ TEST_F(FitVerdictTest, FoldsBelowTheErrorOfTheOutlineDoNotCount) {
   EXPECT_EQ(Judge().bending.grade, FitGrade::kUsable);
 }
 
+// The material explains the error of a grid that is much too coarse, whatever the intervals say.
+TEST_F(FitVerdictTest, AMotionOfAGridThatIsMuchTooCoarseIsNotToBeUsed) {
+  report_.measurements = {{.experiment = "swing", .name = "markers", .count = 300, .misfit = 0.9}};
+  MeasurementReport& motion = report_.measurements.front();
+  for (double* const factor : {&motion.mesh_factor, &motion.step_factor}) {
+    EXPECT_EQ(Judge().grade, FitGrade::kGood);
+    *factor = 4.0;
+    EXPECT_EQ(Judge().shape.grade, FitGrade::kUsable);
+    EXPECT_EQ(Judge().bending.grade, FitGrade::kGood);
+    *factor = 6.0;
+    EXPECT_EQ(Judge().shape.grade, FitGrade::kDoNotUse);
+    EXPECT_EQ(Judge().bending.grade, FitGrade::kDoNotUse);
+    *factor = 1.0;
+  }
+}
+
 // Twins are met less closely by fewer numbers, and by larger specimens.
 TEST_F(FitVerdictTest, TheLimitOfTheOutlineIsThatOfTheModel) {
   metrics().profile_rms = 3.5 * 719.5e-3;
