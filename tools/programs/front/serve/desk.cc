@@ -280,8 +280,8 @@ void Desk::RunItem(const std::string& id, std::unique_lock<std::mutex>& lock) {
   } catch (const std::exception& error) {
     item.record["error"] = MakePrintableLine(error.what());
   }
-  if (std::exchange(item.again, false) || stopping_) {
-    if (!IsIn(item, "cancelled")) item.record["state"] = "queued";
+  if (std::exchange(item.again, false) || (stopping_ && !IsIn(item, "cancelled"))) {
+    item.record["state"] = "queued";
   } else if (IsIn(item, "running")) {
     item.record["state"] = code == kExitOk ? "done" : "failed";
     item.record["result"] = code == kExitOk ? ReadResult(Folder(id), item.record) : json::object();

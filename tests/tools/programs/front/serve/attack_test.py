@@ -232,6 +232,10 @@ class Attack(unittest.TestCase):
         self.assertEqual(self.desk.items()[item]['state'], 'cancelled')
         self.assertFalse((self.path / 'desk' / item / 'result/report.html').exists())
         self.desk.post(f'retry/{item}', {})
+        while not self.children():
+            time.sleep(0.05)
+        self.desk.post(f'cancel/{item}', {})
+        self.desk.post(f'retry/{item}', {})  # while its program ends
         self.assertEqual(self.desk.wait(item, 'done', 'failed')['result']['fits'], ['fit'])
 
     def test_killed_and_stopped_desks_continue(self):
