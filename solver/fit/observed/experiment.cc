@@ -68,6 +68,7 @@ std::vector<Sight> MakeSights(const Experiment& experiment, const ClothModel& mo
                 .num_telling = each.num_telling,
                 .is_contour = each.is_contour};
     if (sight.data.size() == 0) sight.data.setZero(sight.readouts.front()->size());
+    if (each.grid_error.size() > 0) sight.data -= each.grid_error;
     if (sight.num_telling == 0) sight.num_telling = sight.readouts.front()->num_independent();
     sights.push_back(std::move(sight));
   }

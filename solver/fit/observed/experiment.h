@@ -39,6 +39,9 @@ struct Measurement {
   bool by_vertex_numbers = false;  // the readout is of the experiment's own mesh alone
   // An outline or a silhouette: its numbers are not independent nearer than its folds.
   bool is_contour = false;
+  // What ever finer meshes and time steps add to the readings of a motion, in their unit, shape
+  // [K]; empty: nothing. Found by the fit [METHODS, P75].
+  Eigen::VectorXd grid_error = {};
   Eigen::VectorXd start = {};  // a shape of the cloth near what was measured [m]; empty: none
   ImageQuality quality = {};   // of a picture: how far it can be trusted
 };
@@ -64,8 +67,8 @@ struct Experiment {
   Eigen::VectorXd velocity = {};  // empty: none
   Dynamics dynamics = {};         // damping and air; where fitted, before the fit
   bool in_newtons = false;        // a force is measured, or known: a load
-  // The errors of the mesh and of the time step, which all numbers of a motion have in common, each
-  // as a factor on their sigma for intervals; found by the fit [METHODS, P75].
+  // What Measurement::grid_error leaves of the errors of mesh and time step, which all numbers of a
+  // motion have in common, each as a factor on their sigma for intervals [METHODS, P75].
   double mesh_factor = 1.0, step_factor = 1.0;
 };
 

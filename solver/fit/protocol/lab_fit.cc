@@ -18,6 +18,11 @@ namespace {
 // scales on stretch, or on bend, are this factor apart.
 constexpr int kBestScales = 2;
 constexpr double kScaleFactor = 4.0;
+// Factors on sigma for the errors of mesh and time step: what intervals notice, what is too much to
+// be extrapolated, and where a finer motion cannot be computed.
+constexpr double kNoticed = 1.1, kTooMuch = 5.0, kUnknown = 100.0;
+constexpr int kMostCorrections = 2;
+constexpr double kUnlikely = 3.0;  // of a cost above that of the fit without corrections
 
 bool IsCancelled(const FitOptions& options) {
   return options.trust_region.cancel != nullptr && options.trust_region.cancel->load();
@@ -73,57 +78,108 @@ SettledExperiment OnFinerMesh(const SettledExperiment& each) {
           .backend = each.backend};
 }
 
-// The residuals of one motion with the problem's material; nothing where it cannot be computed.
+// The residuals of one motion with the problem's material, without losses; nothing where it cannot
+// be computed.
 std::optional<Eigen::VectorXd> ReadMotion(FitProblem problem, const SettledExperiment& motion,
                                           const std::atomic<bool>* cancel) {
   problem.further = {motion};
   const TableParametrisation fitted(problem.material, ParameterTying::kScales);
   const RolloutResiduals residuals = EvaluateFurther(problem, fitted, cancel);
   if (!residuals.all_valid()) return std::nullopt;
-  Eigen::VectorXd weighed = residuals.residual(0);
-  residuals.Weigh(0, weighed, nullptr);
-  return weighed;
+  return residuals.residual(0);
 }
 
-// The motion by time steps of half the length, which show the same times.
-SettledExperiment ByHalfSteps(const SettledExperiment& each) {
-  Experiment halved = *each.experiment;
-  halved.motion = WithFinerSteps(*halved.motion, 2);
-  for (Measurement& measurement : halved.measurements) measurement.step *= 2;
-  SettledExperiment by_half = each;
-  by_half.experiment = std::make_shared<const Experiment>(std::move(halved));
-  return by_half;
+// The motion by `parts` time steps for each, which show the same times.
+SettledExperiment ByFinerSteps(const SettledExperiment& each, int parts) {
+  Experiment finer = *each.experiment;
+  finer.motion = WithFinerSteps(*finer.motion, parts);
+  for (Measurement& measurement : finer.measurements) measurement.step *= parts;
+  SettledExperiment by_finer = each;
+  by_finer.experiment = std::make_shared<const Experiment>(std::move(finer));
+  return by_finer;
 }
 
-// Counts the errors of mesh and time step of each motion, for intervals, with the problem's
-// material. An error is what ever finer ones change, root mean square [sigma], from what half the
-// edges or half the time step change: it falls with the square of both.
-void CountGridErrors(const std::atomic<bool>* cancel, FitProblem& problem, std::string* note) {
-  constexpr double kUnknown = 100.0;  // the factor where a finer one cannot be computed
-  constexpr double kOfAllFiner = 4.0 / 3.0;
-  for (SettledExperiment& each : problem.further) {
-    if (!each.experiment->motion) continue;
-    Experiment counted = *each.experiment;
-    int telling = 0, independent = 0;
-    for (const Sight& sight : MakeSights(counted, *each.model)) {
-      telling += sight.num_telling;
-      independent += CountIndependent(sight);
-    }
-    const std::optional<Eigen::VectorXd> own = ReadMotion(problem, each, cancel);
-    const auto find_factor = [&](const SettledExperiment& finer, const char* name) {
-      const std::optional<Eigen::VectorXd> other = ReadMotion(problem, finer, cancel);
-      if (own && other && own->size() == other->size())
-        return EnlargeByCommon(kOfAllFiner * kOfAllFiner * (*own - *other).squaredNorm() / telling,
-                               independent);
-      *note += (note->empty() ? "" : "; ") + counted.name +
-               Format(": what a %s would change is unknown, so intervals count %g times the sigma",
-                      name, kUnknown);
-      return kUnknown;
-    };
-    counted.mesh_factor = find_factor(OnFinerMesh(each), "finer mesh");
-    counted.step_factor = find_factor(ByHalfSteps(each), "shorter time step");
-    each.experiment = std::make_shared<const Experiment>(std::move(counted));
+// What ever finer meshes and ever shorter time steps change in the residuals of a motion, from what
+// half of each and a quarter of the time step change: all errors fall with the square of both.
+struct GridErrors {
+  Eigen::VectorXd mesh, step;            // [sigma]
+  Eigen::VectorXd mesh_rest, step_rest;  // what beyond the finest was extrapolated
+};
+
+std::optional<GridErrors> FindGridErrors(const FitProblem& problem, const SettledExperiment& each,
+                                         const std::atomic<bool>* cancel) {
+  const auto own = ReadMotion(problem, each, cancel),
+             on_finer = ReadMotion(problem, OnFinerMesh(each), cancel),
+             by_half = ReadMotion(problem, ByFinerSteps(each, 2), cancel),
+             by_quarter = ReadMotion(problem, ByFinerSteps(each, 4), cancel);
+  if (!own || !on_finer || !by_half || !by_quarter || own->size() != on_finer->size())
+    return std::nullopt;
+  GridErrors errors;
+  errors.mesh_rest = (*on_finer - *own) / 3.0;
+  errors.step_rest = (*by_quarter - *by_half) / 3.0;
+  errors.mesh = 4.0 * errors.mesh_rest;
+  errors.step = *by_quarter + errors.step_rest - *own;
+  return errors;
+}
+
+// The factor on sigma where all numbers of a motion have this error [sigma] in common [METHODS,
+// P75].
+double FindFactor(const std::vector<Sight>& sights, const Eigen::VectorXd& error) {
+  int telling = 0, independent = 0;
+  for (const Sight& sight : sights) {
+    telling += sight.num_telling;
+    independent += CountIndependent(sight);
   }
+  return EnlargeByCommon(error.squaredNorm() / telling, independent);
+}
+
+// Calls a function (measurement, its first row, its rows) for each measurement of a motion.
+template <class Function>
+void ForEachMeasurement(Experiment& experiment, const std::vector<Sight>& sights,
+                        Function&& function) {
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    function(experiment.measurements[i], row, sights[i].data.size());
+    row += sights[i].data.size();
+  }
+}
+
+// Finds the errors of mesh and time step of a motion with the problem's material, and for intervals
+// what is not corrected of them. Corrects the motion by errors that intervals notice, unless they
+// are only counted; returns whether it did.
+bool FindMotionErrors(const FitProblem& problem, bool only_count, const std::atomic<bool>* cancel,
+                      SettledExperiment& motion, std::string* note) {
+  Experiment found = *motion.experiment;
+  const std::vector<Sight> sights = MakeSights(found, *motion.model);
+  const std::optional<GridErrors> errors = FindGridErrors(problem, motion, cancel);
+  bool corrects = false;
+  if (errors) {
+    const Eigen::VectorXd all = errors->mesh + errors->step;
+    Eigen::VectorXd change = all;
+    bool was_corrected = false;
+    ForEachMeasurement(found, sights, [&](Measurement& each, Eigen::Index row, Eigen::Index rows) {
+      was_corrected = each.grid_error.size() > 0;
+      if (was_corrected) change.segment(row, rows) -= each.grid_error / each.sigma;
+    });
+    found.mesh_factor = FindFactor(sights, was_corrected ? errors->mesh_rest : errors->mesh);
+    found.step_factor =
+        FindFactor(sights, was_corrected ? errors->step_rest + change : errors->step);
+    corrects =
+        !only_count && FindFactor(sights, change) > kNoticed && FindFactor(sights, all) < kTooMuch;
+    if (corrects)
+      ForEachMeasurement(found, sights, [&](Measurement& each, Eigen::Index row, Eigen::Index n) {
+        each.grid_error = each.sigma * all.segment(row, n);
+      });
+  } else {
+    found.mesh_factor = found.step_factor = kUnknown;
+    *note += (note->empty() ? "" : "; ") + found.name +
+             Format(
+                 ": what a finer mesh and shorter time steps would change is unknown, so "
+                 "intervals count %g times the sigma",
+                 kUnknown);
+  }
+  motion.experiment = std::make_shared<const Experiment>(std::move(found));
+  return corrects;
 }
 
 // Scales the rows of FurtherBlocks as ForIntervals does.
@@ -145,53 +201,110 @@ std::vector<ParameterTying> ListStages(ParameterTying last) {
   return {ParameterTying::kScales, ParameterTying::kColumns, ParameterTying::kEntries};
 }
 
-// The fit in stages from a point of scales, the first numbers of θ.
-FitSummary FitStagesFrom(const Eigen::VectorXd& scales, ParameterTying last,
-                         const FitOptions& options, FitProblem& problem, std::string* note) {
-  FitSummary best;
-  MaterialField base = problem.material;
-  Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
-  Eigen::VectorXd of_others = Eigen::VectorXd::Zero(CountNumbers(problem.fitted));
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  double seconds = 0.0;
-  RolloutCounts counts;
-  const std::vector<ParameterTying> stages = ListStages(last);
-  for (const ParameterTying tying : stages) {
-    const TableParametrisation table(base, tying);
-    const DynamicsParametrisation parametrisation(table, problem.fitted);
-    const Eigen::MatrixXd& tie = table.tie();
-    RolloutResiduals residuals(&parametrisation,
-                               FurtherBlocks(problem, options.trust_region.cancel), {});
-    Eigen::Map<Eigen::VectorXd> theta(residuals.theta(), parametrisation.size());
-    if (tying == stages[0])
-      theta = scales;
-    else
-      theta << MeanLogFactors(tie, log_factors), of_others;
-    FitSummary summary = Fit(residuals, options);
-    seconds += summary.seconds;
-    counts += summary.counts;
-    if (summary.termination == FitTermination::kFailed) {
-      *note = "the laboratory measurements and motions cannot be computed with " +
-              std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
-      break;
-    }
-    best = std::move(summary);
-    problem.material = parametrisation.Material(best.theta);
-    velocity = parametrisation.StartVelocity(best.theta);
-    if (best.termination == FitTermination::kCancelled || tying == last) break;
-    if (tying == stages[0]) {
-      base = problem.material;
-      AddStartVelocity(std::exchange(velocity, Eigen::Vector3d::Zero()), problem);
-    } else {
-      log_factors = tie * best.theta.head(table.size());
-      of_others = best.theta.tail(of_others.size());
-    }
+// A fit in stages.
+class LabFitter {
+ public:
+  LabFitter(ParameterTying last, const FitOptions& options, FitProblem problem)
+      : last_(last), options_(&options), problem_(std::move(problem)), base_(problem_.material) {}
+
+  // From a point of scales, the first numbers of θ, until a stage fails.
+  void FitStages(const Eigen::VectorXd& scales) {
+    for (const ParameterTying tying : ListStages(last_))
+      if (!FitStage(tying, &scales) || tying == last_ ||
+          summary_.termination == FitTermination::kCancelled)
+        return;
   }
-  AddStartVelocity(velocity, problem);
-  best.seconds = seconds;
-  best.counts = counts;
-  return best;
-}
+
+  // Finds the errors of mesh and time step of motions. Corrects the motions by them, and repeats
+  // the last stage, where intervals notice errors and the data do not speak against it.
+  void Correct() {
+    const LabFitter plain = *this;
+    for (int i = 0; !IsCancelled(*options_) && FindErrors(i == kMostCorrections); ++i)
+      if (!FitStage(last_, nullptr) || cost() > plain.cost() + kUnlikely) {
+        *this = plain;
+        FindErrors(true);
+        return;
+      }
+  }
+
+  bool failed() const { return summary_.theta.size() == 0; }
+  double cost() const { return summary_.final_cost; }
+  const std::string& note() const { return note_; }
+  // Of the last stage that succeeded, with the seconds and the counts of all.
+  FitSummary summary() const {
+    FitSummary all = summary_;
+    all.seconds = seconds_;
+    all.counts = counts_;
+    return all;
+  }
+  // The problem with what was fitted.
+  FitProblem fitted() const {
+    FitProblem problem = problem_;
+    AddStartVelocity(velocity_, problem);
+    return problem;
+  }
+
+ private:
+  // Of all motions; whether one was corrected.
+  bool FindErrors(bool only_count) {
+    const FitProblem found = fitted();
+    bool corrects = false;
+    for (std::size_t i = 0; i < found.further.size(); ++i) {
+      SettledExperiment motion = found.further[i];
+      if (!motion.experiment->motion) continue;
+      corrects |=
+          FindMotionErrors(found, only_count, options_->trust_region.cancel, motion, &note_);
+      problem_.further[i].experiment = motion.experiment;
+    }
+    return corrects;
+  }
+
+  // From `scales` if it is the first, else from what the stage before left.
+  bool FitStage(ParameterTying tying, const Eigen::VectorXd* scales) {
+    const TableParametrisation table(base_, tying);
+    const DynamicsParametrisation parametrisation(table, problem_.fitted);
+    RolloutResiduals residuals(&parametrisation,
+                               FurtherBlocks(problem_, options_->trust_region.cancel), {});
+    Eigen::Map<Eigen::VectorXd> theta(residuals.theta(), parametrisation.size());
+    const bool is_first = failed();
+    if (is_first)
+      theta = *scales;
+    else
+      theta << MeanLogFactors(table.tie(), log_factors_), of_others_;
+    FitSummary summary = Fit(residuals, *options_);
+    seconds_ += summary.seconds;
+    counts_ += summary.counts;
+    if (summary.termination == FitTermination::kFailed) {
+      note_ = "the laboratory measurements and motions cannot be computed with " +
+              std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
+      return false;
+    }
+    summary_ = std::move(summary);
+    problem_.material = parametrisation.Material(summary_.theta);
+    velocity_ = parametrisation.StartVelocity(summary_.theta);
+    if (is_first && tying != last_) {
+      base_ = problem_.material;
+      AddStartVelocity(std::exchange(velocity_, Eigen::Vector3d::Zero()), problem_);
+    } else {
+      log_factors_ = table.tie() * summary_.theta.head(table.size());
+      of_others_ = summary_.theta.tail(of_others_.size());
+    }
+    return true;
+  }
+
+  ParameterTying last_;
+  const FitOptions* options_;
+  FitProblem problem_;
+  MaterialField base_;  // about which the prior of the next stage is
+  FitSummary summary_;
+  std::string note_;
+  double seconds_ = 0.0;
+  RolloutCounts counts_;
+  // What the next stage begins with.
+  Eigen::VectorXd log_factors_ = Eigen::VectorXd::Zero(kMaterialEntries);
+  Eigen::VectorXd of_others_ = Eigen::VectorXd::Zero(CountNumbers(problem_.fitted));
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+};
 
 }  // namespace
 
@@ -205,28 +318,30 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
       ListScales(residuals, static_cast<int>(table.size()), HasMotion(problem), options);
   RolloutCounts counts = residuals.counts();
   double seconds = 0.0;
-  FitSummary best;
-  const FitProblem start = problem;
+  std::optional<LabFitter> best;
   for (const Eigen::VectorXd& point : points) {
-    FitProblem own = start;
-    std::string own_note;
-    FitSummary fit = FitStagesFrom(point, last, options, own, &own_note);
-    seconds += fit.seconds;
-    counts += fit.counts;
-    const bool failed = fit.theta.size() == 0;
-    if (&point != &points[0] && (failed || !(fit.final_cost < best.final_cost))) continue;
-    best = std::move(fit);
-    problem = std::move(own);
-    *note = own_note;
-    if (IsCancelled(options)) break;
+    if (best && IsCancelled(options)) break;
+    LabFitter fitter(last, options, problem);
+    fitter.FitStages(point);
+    const bool is_better =
+        !best || (!fitter.failed() && (best->failed() || fitter.cost() < best->cost()));
+    const FitSummary spent = is_better && best ? best->summary() : fitter.summary();
+    if (best) {
+      seconds += spent.seconds;
+      counts += spent.counts;
+    }
+    if (is_better) best.emplace(std::move(fitter));
   }
-  if (IsCancelled(options) && best.theta.size() > 0) best.termination = FitTermination::kCancelled;
-  best.seconds = seconds;
-  best.counts = counts;
-  if (best.theta.size() > 0 && !IsCancelled(options))
-    CountGridErrors(options.trust_region.cancel, problem, note);
-  ScaleForIntervals(problem, best.jacobian);
-  return best;
+  if (!best->failed() && !IsCancelled(options)) best->Correct();
+  problem = best->fitted();
+  *note = best->note();
+  FitSummary summary = best->summary();
+  if (IsCancelled(options) && summary.theta.size() > 0)
+    summary.termination = FitTermination::kCancelled;
+  summary.seconds += seconds;
+  summary.counts += counts;
+  ScaleForIntervals(problem, summary.jacobian);
+  return summary;
 }
 
 }  // namespace drape

@@ -12,9 +12,9 @@ namespace drape {
 // single entries are changed into tables that no strip resists. First scales about the start
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
 // a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
-// not. Cloth that moves is fitted from several scales of the start tables, and its experiments get
-// their mesh_factor and step_factor [METHODS, P75]. FitSummary::jacobian is for intervals
-// (ForIntervals).
+// not. Cloth that moves is fitted from several scales of the start tables, and again as far as mesh
+// and time step err: its experiments get grid_error, mesh_factor and step_factor [METHODS, P75].
+// FitSummary::jacobian is for intervals (ForIntervals).
 FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
                           std::string* note);
 
