@@ -515,7 +515,15 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
              control, *log);
     return std::move(saved).value_or(StagedFitState());
   };
-  store.save = [&](const StagedFitState& state) { WriteCheckpoint(files.checkpoint, key, state); };
+  double shown_cost = 0.0;
+  store.save = [&](const StagedFitState& state) {
+    WriteCheckpoint(files.checkpoint, key, state);
+    const FitCandidate* best = Best(state);
+    if (best == nullptr || files.outlines.empty() || FindExperiment(input.problem) != nullptr ||
+        std::exchange(shown_cost, best->cost) == best->cost)
+      return;
+    WriteOutlines(files.outlines, PartProblem(input.problem, state.parts_done), *best);
+  };
   store.log = [&](const std::string& line) { LogLine(*log, line); };
   StoredFit fit = FitFromInput(spec, input, store, control);
   FitReport& report = fit.report;
@@ -530,6 +538,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
     result.results = MainFiles(problem, report);
   }
   if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);
+  if (!files.outlines.empty()) fs::remove(files.outlines);
   return result;
 }
 

@@ -559,6 +559,20 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   WriteFileAtomically(files.out + "/summary.json", summary.dump(2) + "\n");
 }
 
+void WriteOutlines(const std::string& path, const FitProblem& problem,
+                   const FitCandidate& candidate) {
+  const std::vector<Observation> observations = LaidObservations(problem, candidate);
+  ordered_json drapes = ordered_json::array();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    ordered_json drape =
+        OutlinesJson(problem.fine->model().mesh, observations[i], candidate.shapes[i]);
+    if (drape.is_null()) continue;
+    drape["name"] = observations[i].name;
+    drapes.push_back(std::move(drape));
+  }
+  WriteFileAtomically(path, drapes.dump() + "\n");
+}
+
 std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem) {
   std::vector<std::string> names = {"summary.json", "material.json"};
   for (const Observation& observation : problem.observations)

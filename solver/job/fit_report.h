@@ -119,6 +119,11 @@ struct FitReport {
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
                     const FitProblem& problem, const StagedFitState& state, FitReport& report);
 
+// Writes the outlines of a candidate's drapes beside those of their images, for whoever watches the
+// fit: [{"name", "px_per_m", "image_px", "fit_px"}, …] as in summary.json; atomically.
+void WriteOutlines(const std::string& path, const FitProblem& problem,
+                   const FitCandidate& candidate);
+
 // The names of all files that it may write.
 std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem);
 

@@ -133,6 +133,7 @@ struct FitFiles {
   std::string checkpoint;        // of the fit of one table; removed at the end
   bool keep_checkpoint = false;  // unless it stays, for another model of the same data
   bool resume = false;           // continue from the checkpoint
+  std::string outlines = {};     // WriteOutlines of the best so far; removed at the end
   std::string log;               // text file, one line for each candidate
   // Where the results are from, for the summary ("provenance"); empty: it does not say.
   std::function<nlohmann::ordered_json()> provenance = {};

@@ -85,7 +85,8 @@ OptionTable FitTable(FitToolOptions& options) {
           "drape_<image>.obj, start_<image>.json; model heterogeneous also "
           "material_homogeneous.json and fields.json, which drape_report draws; models bayes "
           "and bdp also material_homogeneous.json, base.json, posterior.json; they replace those "
-          "of an earlier run together, at the end; checkpoint.json and fit.log while it runs\n"
+          "of an earlier run together, at the end; checkpoint.json, fit.log and "
+          "outlines.json, the best outlines so far, while it runs\n"
           "exit code 3: nothing could be fitted (see summary.json)\n"
           "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
       .options = Concatenate(

@@ -55,6 +55,21 @@ TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
   EXPECT_EQ(summary["mean"]["mse"], metrics["mse"]);
 }
 
+// Who watches a fit sees its best outlines while it runs, and no file of them afterwards.
+TEST_F(FitJobTest, ShowsItsOutlinesWhileItRuns) {
+  files_.outlines = folder_ / "outlines.json";
+  std::vector<uint8_t> shown;
+  RunControl control;
+  control.progress = [&](double, const std::string&) {
+    if (Exists("outlines.json")) shown = ReadAll(folder_ / "outlines.json");
+  };
+  EXPECT_TRUE(RunFitJob(spec_, data_, files_, control).fitted);
+  EXPECT_FALSE(Exists("outlines.json"));
+  nlohmann::json expected = Summary()["images"][0]["outlines"];
+  expected["name"] = "a";
+  EXPECT_EQ(nlohmann::json::parse(shown), nlohmann::json::array({expected}));
+}
+
 // The bend entries of the table that a job fits to the image of the fixture, moved.
 class TurnedFitTest : public FitJobTest {
  protected:

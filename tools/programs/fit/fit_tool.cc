@@ -84,11 +84,12 @@ ToolOutcome Run(const FitToolOptions& given, const RunControl& control) {
   const FitData data = MakeFitData(options, &spec);
   if (options.each) return FitEach(options, spec, data, control);
   const OutputFolder out(options.out, {"summary.json", "material.json", "posterior.json",
-                                       "base.json", "fit.log", "checkpoint.json"});
+                                       "base.json", "fit.log", "checkpoint.json", "outlines.json"});
   FitFiles files{.out = out.Staged(""),
                  .target = options.out,
                  .checkpoint = options.out + "/checkpoint.json",
                  .resume = options.resume,
+                 .outlines = options.out + "/outlines.json",
                  .log = options.out + "/fit.log",
                  .provenance = MakeProvenance};
   if (!options.resume) CheckStored(files.checkpoint, kCheckpointFormat);

@@ -115,6 +115,7 @@ json Desk::State(long since) {
     if (item.changed <= since && !runs) continue;
     json shown = item.record;
     shown["id"] = id;
+    if (runs) shown["outlines"] = ReadOutlines(Folder(id));
     if (runs || IsIn(item, "failed")) shown["tail"] = ReadTail(Folder(id) + "/log.txt", kTailBytes);
     std::string text;
     for (const DeskCommand& command : ListCommands(id, item.record, options_))

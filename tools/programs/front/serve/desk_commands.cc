@@ -157,6 +157,14 @@ json ReadResult(const std::string& folder, const json& record) try {
   return json::object();
 }
 
+json ReadOutlines(const std::string& folder) try {
+  for (const std::string& name : ListFiles(folder))
+    if (name.ends_with("/outlines.json")) return json::parse(ReadOwnFile(folder + "/" + name));
+  return nullptr;
+} catch (const std::exception&) {  // the fit has just ended
+  return nullptr;
+}
+
 std::vector<std::string> ListFiles(const std::string& folder) {
   constexpr int kMostLevels = 2;
   std::vector<std::string> files;

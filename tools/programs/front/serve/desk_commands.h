@@ -50,6 +50,9 @@ std::string SamplesText(const std::vector<std::pair<std::string, nlohmann::json>
 // [names of fits], "page": name of the report}.
 nlohmann::json ReadResult(const std::string& folder, const nlohmann::json& record);
 
+// The outlines of a fit that runs, as drape_fit writes them; null before it has some.
+nlohmann::json ReadOutlines(const std::string& folder);
+
 // The files of an item that the page may have: regular ones at most two folders deep, no links.
 std::vector<std::string> ListFiles(const std::string& folder);
 

@@ -120,7 +120,9 @@ class DeskInABrowser(unittest.TestCase):
         browser.key('Enter')
         browser.until('document.querySelector(".card progress:not([hidden])")')
         self.assertIn('/samples.csv', self.text('#command'))
+        browser.until('document.querySelector(".card svg[role=img] path.fitted")')
         browser.until('document.querySelector(".card iframe")')
+        self.assertFalse(browser.evaluate('document.querySelector(".card figure")'))
         self.focus('.card a')
         page = self.desk.ask('GET', browser.evaluate(
             'document.querySelector(".card a").getAttribute("href")'))[2].decode()

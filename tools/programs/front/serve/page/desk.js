@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The desk: it asks the server for what has changed, shows it, and tells it what the user wants.
-import { Picture } from "./picture.js";
+import { Picture, svgNode } from "./picture.js";
 
 const $ = (id) => document.getElementById(id);
 const KEPT = ["fabric", "mass", "sample", "warp", "diameter", "support", "customer", "operator", "date"];
@@ -199,15 +199,31 @@ function showFit() {
   return "";
 }
 
+// The outline of a photograph and that of its fit so far.
+function outlineFigure({ name, image_px: measured, fit_px: fitted }) {
+  const path = (radii, kind) => {
+    const points = radii.map((radius, i) => {
+      const angle = (2 * Math.PI * i) / radii.length;
+      return `${(radius * Math.cos(angle)).toFixed(1)} ${(-radius * Math.sin(angle)).toFixed(1)}`;
+    });
+    return svgNode("path", { class: kind, d: `M${points.join("L")}Z` });
+  };
+  const most = 1.05 * Math.max(...measured, ...fitted);
+  const text = `${items.get(name)?.name ?? name}: measured in blue, fitted so far in red`;
+  return node("figure", { className: "photo" },
+    svgNode("svg", { viewBox: [-most, -most, 2 * most, 2 * most].join(" "), role: "img", "aria-label": `Outlines of ${text}` },
+      path(measured, "image"), path(fitted, "fitted")), node("figcaption", { textContent: text }));
+}
+
 function jobCard(id) {
   const [title, state, error, buttons] = [node("h3"), node("p"), node("p", { className: "bad" }), node("p", { className: "tools" })];
   const progress = node("progress", { max: 100 });
   const tail = node("pre", { tabIndex: 0 });
   const log = node("details", {}, node("summary", { textContent: "What the programs say" }), tail);
-  const page = node("div");
-  const card = node("article", { className: "card" }, title, state, progress, error, buttons, page, log);
+  const page = node("div"), outlines = node("div", { className: "grid" });
+  const card = node("article", { className: "card" }, title, state, progress, outlines, error, buttons, page, log);
   $("jobs").prepend(card);
-  let before = "";
+  let before = "", drawn = "";
   const button = (text, work) => {
     const made = node("button", { type: "button", textContent: text });
     made.addEventListener("click", () => {
@@ -229,6 +245,8 @@ function jobCard(id) {
       progress.hidden = item.state !== "running";
       progress.ariaLabel = `Progress of ${title.textContent}`;
       if (found) progress.value = Number(found[2]);
+      const drapes = item.outlines ?? [];
+      if (drawn !== (drawn = JSON.stringify(drapes))) outlines.replaceChildren(...drapes.map(outlineFigure));
       error.textContent = item.error ?? "";
       tail.ariaLabel = `Output of ${title.textContent}`;
       if (item.tail) tail.textContent = item.tail;

@@ -2,7 +2,7 @@
 // A photograph with its circles, warp and points, which a mouse, a finger or the keyboard moves.
 
 const OVERLAY_SIDE = 1400; // [px] of the longer side of overlay.png
-const svgNode = (tag, attributes = {}, ...children) => {
+export const svgNode = (tag, attributes = {}, ...children) => {
   const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
   node.append(...children);
