@@ -50,6 +50,21 @@ std::string LastLine(const std::string& log) {
   return tail.substr(tail.rfind('\n') + 1);
 }
 
+// Puts the photographs of a fit, by other names of the same files, and their table into its folder:
+// it needs no other one.
+void StagePictures(const std::string& out,
+                   const std::vector<std::pair<std::string, json>>& pictures,
+                   const std::string& staged) {
+  for (const auto& [id, record] : pictures) {
+    const fs::path from = fs::path(out) / id / record.at("file").get<std::string>();
+    const std::string to = staged + "/" + id + from.extension().string();
+    std::error_code error;
+    fs::create_hard_link(from, to, error);
+    if (error) fs::copy_file(from, to);  // a disk without them
+  }
+  if (!pictures.empty()) WriteFileAtomically(staged + "/samples.csv", SamplesText(pictures));
+}
+
 // A file for the output of a program; it is no link.
 int OpenLog(const std::string& path) {
   const int log = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644);
@@ -87,6 +102,7 @@ void Desk::Load() {
       ListCommands(id, item.record, options_);  // or throws
       if (IsIn(item, "running")) item.record["state"] = "queued";
       item.changed = version_;
+      last_ = std::max(last_, std::stoul(id));
       items_.emplace(id, std::move(item));
     } catch (const std::exception& error) {
       NoteInput(Folder(id), std::string("is left out: ") + error.what());
@@ -123,7 +139,10 @@ json Desk::State(long since) {
     shown["command"] = text;
     items.push_back(std::move(shown));
   }
-  return {{"version", version_}, {"items", std::move(items)}};
+  json removed = json::array();
+  for (const auto& [version, id] : removed_)
+    if (version > since) removed.push_back(id);
+  return {{"version", version_}, {"items", std::move(items)}, {"removed", std::move(removed)}};
 }
 
 std::string Desk::MakeStaged() const {
@@ -141,9 +160,9 @@ std::string Desk::Insert(const std::string& staged, json record) {
     throw InputError("queue", "is full, expected to wait");
   record["state"] = "queued";
   WriteStoredJson(staged + "/record.json", kRecordFormat, record, 1);
-  std::size_t number = items_.empty() ? 1 : std::stoul(items_.rbegin()->first) + 1;
-  while (fs::exists(fs::symlink_status(Folder(MakeId(number))))) ++number;
-  std::string id = MakeId(number);
+  std::string id;
+  do id = MakeId(++last_);
+  while (fs::exists(fs::symlink_status(Folder(id))));
   fs::rename(staged, Folder(id));
   items_[id] = {.record = std::move(record), .changed = ++version_};
   queued_.notify_all();
@@ -182,9 +201,8 @@ std::string Desk::AddJob(const json& wanted) {
   const std::string kind = wanted.value("kind", "");
   const std::lock_guard lock(mutex_);
   json record = {{"kind", kind}};
-  std::string samples;
+  std::vector<std::pair<std::string, json>> pictures;
   if (kind == "fit") {
-    std::vector<std::pair<std::string, json>> pictures;
     std::string names;
     for (const std::string id : wanted.at("pictures")) {
       const DeskItem& item = Find(id);
@@ -195,7 +213,6 @@ std::string Desk::AddJob(const json& wanted) {
     }
     if (pictures.empty()) throw InputError("pictures", "is empty, expected at least one");
     record["name"] = PlainText(names);
-    samples = SamplesText(pictures);
   } else if (kind == "export" || kind == "garment") {
     const std::string of = wanted.value("of", ""), fit = wanted.value("fit", "");
     const json fits = Find(of).record.value("result", json::object()).value("fits", json::array());
@@ -206,7 +223,7 @@ std::string Desk::AddJob(const json& wanted) {
     throw InputError("kind '" + PlainText(kind) + "'", "expected fit, export or garment");
   }
   const std::string staged = MakeStaged();
-  if (!samples.empty()) WriteFileAtomically(staged + "/samples.csv", samples);
+  StagePictures(options_.out, pictures, staged);
   return Insert(staged, std::move(record));
 }
 
@@ -236,6 +253,23 @@ void Desk::Retry(const std::string& id) {
   }
   item.record["state"] = "queued";
   Touch(id, &item);
+}
+
+void Desk::Remove(const std::string& id) {
+  const std::string gone = options_.out + "/" + TemporaryName();
+  Cancel(id);
+  {
+    std::unique_lock lock(mutex_);
+    queued_.wait(lock, [&] { return Find(id).child == 0; });
+    for (const auto& [other, item] : items_)
+      if (item.record.value("of", "") == id)
+        throw InputError("item '" + id + "'",
+                         "is used by item " + other + ", expected to remove that first");
+    fs::rename(Folder(id), gone);
+    items_.erase(id);
+    removed_.emplace_back(++version_, id);
+  }
+  fs::remove_all(gone);
 }
 
 std::string Desk::FindFile(const std::string& id, const std::string& name) {

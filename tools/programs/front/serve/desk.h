@@ -41,7 +41,8 @@ class Desk {
   const DeskOptions& options() const { return options_; }
 
   // The items that have changed since the change of that number, with their commands and, of those
-  // that run, the ends of their logs: {"version": number, "items": […]}.
+  // that run, the ends of their logs and the outlines of fits; and the ids of those that were
+  // removed: {"version": number, "items": […], "removed": […]}.
   nlohmann::json State(long since);
 
   // Takes the folder `staged`, which holds the file of a photograph, and returns the new id.
@@ -54,6 +55,8 @@ class Desk {
   std::string AddJob(const nlohmann::json& wanted);
   void Cancel(const std::string& id);
   void Retry(const std::string& id);
+  // Cancels an item and deletes its folder. A fit stays while exports and previews of it are there.
+  void Remove(const std::string& id);
 
   // The path of a file of an item, of a name that ListFiles gives.
   std::string FindFile(const std::string& id, const std::string& name);
@@ -78,6 +81,8 @@ class Desk {
   std::mutex mutex_;           // of all that follows
   std::condition_variable queued_;
   std::map<std::string, DeskItem> items_;
+  std::vector<std::pair<long, std::string>> removed_;  // the numbers of the changes, and the ids
+  std::size_t last_ = 0;                               // number of the last item
   long version_ = 1;
   bool stopping_ = false;
   std::vector<std::thread> runners_;

@@ -127,7 +127,7 @@ std::string SamplesText(const std::vector<std::pair<std::string, json>>& picture
   std::string text = "file,photograph";
   for (const std::string& column : columns) text.append(",").append(column);
   for (const auto& [id, record] : pictures) {
-    text.append("\n../").append(id).append("/").append(record.at("file")).append(",");
+    text += "\n" + id + fs::path(record.at("file").get<std::string>()).extension().string() + ",";
     text += CsvField(record.at("name"));
     for (const std::string& column : columns)
       text.append(",").append(CsvField(record.at("fields").value(column, "")));

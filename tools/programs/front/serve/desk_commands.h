@@ -43,7 +43,7 @@ std::string PlainText(const std::string& text);
 std::vector<DeskCommand> ListCommands(const std::string& id, const nlohmann::json& record,
                                       const DeskOptions& options);
 
-// The table of the photographs of a fit, whose folder is beside theirs.
+// The table of the photographs of a fit, which are in its folder, named by their ids.
 std::string SamplesText(const std::vector<std::pair<std::string, nlohmann::json>>& pictures);
 
 // What the page shows of a finished photograph (drape_photo's summary) or job: {"dc": …}, {"fits":

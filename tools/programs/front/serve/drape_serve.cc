@@ -200,6 +200,8 @@ class Site {
       desk_.Cancel(id);
     else if (verb == "retry")
       desk_.Retry(id);
+    else if (verb == "remove")
+      desk_.Remove(id);
     else
       throw InputError("page", "is not there");
     Answer(response, json::object());

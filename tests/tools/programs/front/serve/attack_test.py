@@ -101,7 +101,7 @@ class Attack(unittest.TestCase):
             self.expect([400, 404], 'GET', f'file/{self.first}/{name}')
         for item in ('..', '.', '%2e%2e', '0', '9999', '00001', '-1', '0001%00', 'desk', '', '*'):
             self.expect([400, 404], 'GET', f'file/{item}/secret.txt')
-            for verb in ('change', 'cancel', 'retry'):
+            for verb in ('change', 'cancel', 'retry', 'remove'):
                 self.expect([400, 404], 'POST', f'{verb}/{item}', '{}')
         self.expect([400, 403, 404], 'GET', '../secret.txt')
         self.assertEqual(self.desk.ask('GET', f'file/{self.first}/picture.jpg')[2],
@@ -237,6 +237,49 @@ class Attack(unittest.TestCase):
         self.desk.post(f'cancel/{item}', {})
         self.desk.post(f'retry/{item}', {})  # while its program ends
         self.assertEqual(self.desk.wait(item, 'done', 'failed')['result']['fits'], ['fit'])
+
+    def test_removal_is_of_whole_items_alone(self):
+        item = self.desk.post('upload?name=r.jpg', body=self.photo.read_bytes())['id']
+        folder = self.path / 'desk' / item
+        self.expect([403], 'POST', f'remove/{item}', '', root='/')
+        self.expect([403], 'POST', f'remove/{item}', '', headers={'Origin': 'http://evil.example'})
+        self.expect([404], 'GET', f'remove/{item}')
+        for path in ('remove', 'remove/', f'remove/{item}/', f'remove/{item}/photo', f'remove/../{item}',
+                     'remove/*', 'remove/../../secret.txt', f'remove/{item}%00', 'remove/..%2fdesk'):
+            self.expect([400, 403, 404], 'POST', path, '')
+        self.assertTrue(folder.exists())
+        (folder / 'up').symlink_to(self.path)
+        # A fit keeps its photograph, a measurement ends, and a fit stays while an export needs it.
+        self.desk.post(f'change/{item}', {'fabric': 'wool', 'mass': '270'})
+        job = self.desk.post('run', {'kind': 'fit', 'pictures': [item]})['id']
+        self.desk.wait(job, 'running')
+        self.desk.post(f'remove/{item}', {})
+        self.assertFalse(folder.exists())
+        outlines = None
+        while (found := self.desk.items()[job])['state'] == 'running':
+            outlines = found['outlines'] or outlines
+        self.assertEqual(found['state'], 'done', found)
+        self.assertEqual([each['name'] for each in outlines], [item])
+        self.assertEqual([len(outlines[0][key]) for key in ('image_px', 'fit_px')], [360, 360])
+        export = self.desk.post('run', {'kind': 'export', 'of': job, 'fit': 'fit'})['id']
+        for state in ('running', 'cancelled'):
+            self.desk.wait(export, state)
+            self.expect([400], 'POST', f'remove/{job}', '')
+            self.desk.post(f'cancel/{export}', {})
+        again = self.run_fit()
+        self.desk.wait(again, 'running')
+        for each in (export, job, again):
+            self.desk.post(f'remove/{each}', {})
+            self.expect([404], 'POST', f'remove/{each}', '')
+            self.assertFalse((self.path / 'desk' / each).exists())
+            self.assertNotIn(each, self.desk.items())
+        self.assertFalse(self.children()[1:])
+        self.assertFalse([each for each in (self.path / 'desk').glob('.drapefit_*') if any(each.iterdir())])
+        self.assertEqual((self.path / 'secret.txt').read_bytes(), SECRET)
+        self.assertTrue((self.path / 'desk' / self.first).exists())
+        removed = json.loads(self.desk.ask('GET', 'state?since=0')[2])['removed']
+        self.assertLessEqual({item, export, job, again}, set(removed))
+        self.assertGreater(self.desk.post('upload?name=n.jpg', body=self.photo.read_bytes())['id'], again)
 
     def test_killed_and_stopped_desks_continue(self):
         for number in (signal.SIGKILL, signal.SIGTERM):

@@ -183,13 +183,35 @@ async function run(wanted) {
   });
 }
 
+// Lets a button remove items: its first press asks, and the next one removes them, if the focus has
+// not moved in between. what(): their name; ids(): theirs.
+function letRemove(button, what, ids) {
+  let asked;
+  const ask = (now) => {
+    asked = now;
+    button.textContent = asked ? `Delete ${what()} for good` : "Remove";
+  };
+  ask(false);
+  button.addEventListener("blur", () => ask(false));
+  button.addEventListener("click", () => {
+    if (!asked) return ask(true);
+    const name = what();
+    act(async () => {
+      for (const id of ids()) await post(`remove/${id}`, "");
+      say(`${name} deleted.`);
+      button.closest("section").querySelector("h2").focus();
+    });
+  });
+  return button;
+}
+
 const tickedPictures = () => [...ticked].map((id) => items.get(id)).filter((item) => item?.kind === "picture");
 
 function showFit() {
   const pictures = tickedPictures();
   const fabrics = [...new Set(pictures.map((item) => item.fields.fabric ?? ""))];
   const count = `${pictures.length} photograph${pictures.length === 1 ? "" : "s"}`;
-  $("fit").disabled = pictures.length === 0;
+  $("fit").disabled = $("remove").disabled = pictures.length === 0;
   $("fit").textContent = fabrics.length > 1 ? `Compare ${fabrics.join(" and ")} (${count})` : `Fit ${count}`;
   $("tick").textContent = pictures.length ? "Tick none" : "Tick all";
   for (const fabric of fabrics)
@@ -266,6 +288,7 @@ function jobCard(id) {
             button(`Dress${of}`, () => run({ kind: "garment", of: id, fit }))];
         }),
         button("Command", () => showCommand(true)),
+        ...(active ? [] : [letRemove(node("button", { type: "button" }), () => title.textContent, () => [id])]),
       );
       const links = item.kind === "export" ? files.filter((name) => /^result\/[^/]+$/.test(name)) : [];
       page.replaceChildren(
@@ -291,13 +314,18 @@ async function ask() {
   if (!response.ok) throw new Error("This address is of an earlier desk; open the one that drape_serve has printed.");
   const news = await response.json();
   version = news.version;
+  for (const id of news.removed) {
+    nodes.get(id)?.row.remove();
+    for (const each of [items, nodes, ticked]) each.delete(id);
+    if (opened === id) $("editor").hidden = true;
+  }
   for (const item of news.items) {
     items.set(item.id, item);
     if (!nodes.has(item.id)) nodes.set(item.id, item.kind === "picture" ? pictureRow(item.id) : jobCard(item.id));
     nodes.get(item.id).update(item);
     if (item.state === "running" || item.state === "queued") busyUntil = Math.max(busyUntil, Date.now() + 1000);
   }
-  if (news.items.length) {
+  if (news.items.length || news.removed.length) {
     const count = [...items.values()].filter((item) => item.kind === "picture").length;
     $("no_jobs").hidden = items.size > count;
     if (lost || $("status").textContent === "No photographs yet.") say(`${count} photographs on the desk.`);
@@ -346,6 +374,7 @@ $("tick").addEventListener("click", () => {
   for (const [id, item] of items) if (item.kind === "picture") nodes.get(id).update(item);
   showFit();
 });
+letRemove($("remove"), () => `${tickedPictures().length} photographs`, () => tickedPictures().map((item) => item.id));
 $("fit").addEventListener("click", () => {
   const missing = showFit();
   if (missing) say(`Please ${missing}.`, true);
