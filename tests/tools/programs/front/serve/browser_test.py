@@ -67,13 +67,23 @@ class DeskInABrowser(unittest.TestCase):
                 return
         self.fail(f'Tab does not reach {selector}')
 
-    def check_page(self, name):
+    def check_report(self, name):
+        """The same of a page of results on its own, with all its parts unfolded and as printed."""
+        address = self.browser.evaluate('document.querySelector(".card a").href')
+        self.browser.open(address)
+        self.browser.evaluate('for (const each of document.querySelectorAll("details")) each.open = true')
+        self.check_page(name, [(width, dark, media) for dark in (False, True) for width, media in (
+            (1280, ''), (390, ''), (794, 'print'))])
+        self.browser.open(self.desk.address)
+
+    def check_page(self, name, views=((1280, True, ''), (390, False, ''))):
         """Nothing is cut off, and axe-core finds no fault, dark and light, wide and narrow."""
-        for width, dark in ((1280, True), (390, False)):
-            self.browser.size(width, 1000, dark)
+        for width, dark, media in views:
+            self.browser.size(width, 1000, dark, media)
             time.sleep(0.2)
             if SHOTS:
-                self.browser.screenshot(f'{SHOTS}/{name}_{width}.png')
+                kind = media or ('dark' if dark else 'light')
+                self.browser.screenshot(f'{SHOTS}/{name}_{width}_{kind}.png')
             self.assertLessEqual(self.browser.evaluate(
                 'document.documentElement.scrollWidth - document.documentElement.clientWidth'), 0)
             if self.axe:
@@ -82,7 +92,7 @@ class DeskInABrowser(unittest.TestCase):
                     axe.run(document, {iframes: false, resultTypes: ["violations"], runOnly:
                       ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"]}).then((found) =>
                       found.violations.flatMap((each) => each.nodes.map((node) =>
-                        `${each.id}: ${node.target}`)))'''), f'{name} at {width}')
+                        `${each.id}: ${node.target}`)))'''), f'{name} at {width}, dark: {dark}, {media}')
         self.browser.size(1280)
 
     def test_1_keyboard_from_photograph_to_certificate(self):
@@ -129,6 +139,7 @@ class DeskInABrowser(unittest.TestCase):
         for part in ('<h3>Drape of wool</h3>', 'Mill &amp; &lt;Sons&gt;', 'face up', '5 cm'):
             self.assertTrue(part in page, part)
         self.check_page('fit')
+        self.check_report('certificate')
 
     def test_2_mouse_and_two_fabrics(self):
         browser = self.browser

@@ -193,10 +193,10 @@ class Browser:
         self.call('Page.navigate', url=address)
         self.until("document.readyState === 'complete'")
 
-    def size(self, width, height=1000, dark=False):
+    def size(self, width, height=1000, dark=False, media=''):
         self.call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                   deviceScaleFactor=1, mobile=False)
-        self.call('Emulation.setEmulatedMedia', features=[
+        self.call('Emulation.setEmulatedMedia', media=media, features=[
             {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}])
 
     def until(self, condition, limit=60):
