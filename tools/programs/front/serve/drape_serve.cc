@@ -37,7 +37,8 @@ enum Status {
   kNotFound = 404,
   kNotAllowed = 405,
   kTooLarge = 413,
-  kOtherKind = 415
+  kOtherKind = 415,
+  kServerError = 500
 };
 
 // The page runs its own scripts alone and is in no frame of others. A report has its own rules, and
@@ -151,7 +152,7 @@ class Site {
     } catch (const json::exception&) {
       Fail(response, kBadRequest, "the request is no JSON of the expected form");
     } catch (const std::exception& error) {
-      Fail(response, 500, error.what());
+      Fail(response, kServerError, error.what());
     }
   }
 
