@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -250,7 +251,8 @@ void ApplyPoints(const std::vector<int>& points, double scale, uint8_t value, co
 // GrabCut from the mask, on a small copy of the picture.
 cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const ClothHints& hints) {
   constexpr double kSide = 500;
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4;         // at most,
+  constexpr double kSettled = 1e-4;  // until so few pixels change
   const double shrink = std::min(1.0, kSide / std::max(mask.rows, mask.cols));
   cv::Mat3b small;
   cv::Mat1b small_mask;
@@ -264,7 +266,12 @@ cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const ClothH
   ApplyPoints(hints.ground_points, planes.scale * shrink, cv::GC_BGD, "ground_points", &labels);
   cv::Mat background, foreground;
   cv::theRNG().state = 1;
-  cv::grabCut(small, labels, {}, background, foreground, kRounds, cv::GC_INIT_WITH_MASK);
+  for (int round = 0; round < kRounds; ++round) {
+    const cv::Mat1b before = labels.clone();
+    cv::grabCut(small, labels, {}, background, foreground, 1,
+                round == 0 ? cv::GC_INIT_WITH_MASK : cv::GC_EVAL);
+    if (cv::countNonZero(before != labels) <= kSettled * double(labels.total())) break;
+  }
   const cv::Mat1b found = (labels & 1);
   cv::Mat1b large;
   cv::resize(found, large, mask.size(), 0, 0, cv::INTER_NEAREST);
@@ -291,8 +298,10 @@ ChosenOutline FindOutline(const PhotoPlanes& planes, const cv::Mat1b& border, co
                           cv::Mat1b* disc) {
   constexpr double kLeast = 2.0, kOfNoise = 3.0;  // [Lab units]
   const cv::Mat3f rest = WithoutGround(planes.lab, ground);
-  Feature distance = DistanceFeature(rest), shadowed = ShadowedFeature(planes, rest, border);
+  auto second = std::async([&] { return ShadowedFeature(planes, rest, border); });
+  Feature distance = DistanceFeature(rest);
   const Feature discriminant = DiscriminantFeature(rest, distance.Mask());
+  Feature shadowed = second.get();
   distance.is_distance = shadowed.is_distance = true;
   const cv::Mat1b all = (distance.value > std::max(kLeast, kOfNoise * ground.noise)) / 255;
   *disc = cv::Mat1b::zeros(all.size());

@@ -298,14 +298,19 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
 
 cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double blur) {
   constexpr double kReach = 4.0;  // standard deviations
+  const double reach = kReach * blur,
+               outer = 0.5 * std::max(ellipse.size.width, ellipse.size.height) + reach,
+               inner = 0.5 * std::min(ellipse.size.width, ellipse.size.height) - reach;
   cv::Mat1f coverage(size);
   for (int row = 0; row < size.height; ++row)
     for (int col = 0; col < size.width; ++col) {
       const Vector2d p(col, row);
-      const double t = DistanceFrom(ellipse, p) / blur;
-      coverage(row, col) = t > kReach    ? 0.0f
-                           : t < -kReach ? 1.0f
-                                         : static_cast<float>(0.5 * std::erfc(t / std::sqrt(2.0)));
+      const double r = (p - Vector2d(ellipse.center.x, ellipse.center.y)).norm();
+      const bool is_far = r > outer || r < inner;  // from the rim, as most are
+      const double t = is_far ? std::copysign(kReach, r - inner) : DistanceFrom(ellipse, p) / blur;
+      coverage(row, col) = t >= kReach    ? 0.0f
+                           : t <= -kReach ? 1.0f
+                                          : static_cast<float>(0.5 * std::erfc(t / std::sqrt(2.0)));
     }
   return coverage;
 }

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <memory>
 
 #include "losses/image/photo_planes.h"
@@ -247,7 +248,7 @@ std::optional<FoundPose> FindPose(const PoseInput& whole) {
   constexpr double kStartTilt = 0.1;  // [rad] the circle alone has no gradient at 0
   PoseInput input = whole;
   const VectorXd start = MakeStart(input);
-  Minimum best;
+  std::vector<std::future<Minimum>> minima;  // side by side
   for (int i = 0; i < kDirections; ++i) {
     VectorXd p = start;
     const double angle = 2 * M_PI * i / kDirections;
@@ -256,9 +257,11 @@ std::optional<FoundPose> FindPose(const PoseInput& whole) {
     // The eye moves so that the support stays where it is seen.
     p[2] += p[4] * p[1];
     p[3] -= p[4] * p[0];
-    const Minimum found = Minimise(input, p, 1.0);
-    if (found.cost < best.cost) best = found;
+    minima.push_back(std::async([&input, p] { return Minimise(input, p, 1.0); }));
   }
+  Minimum best;
+  for (auto& each : minima)
+    if (const Minimum found = each.get(); found.cost < best.cost) best = found;
   if (!std::isfinite(best.cost)) return std::nullopt;
   RemoveOutliers(best.p, &input);
   const double noise = std::max(RimRms(input, best.p), kRimNoise);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/outline_pool.h"
 #include "solver/job/first_answer.h"
 #include "solver/studies/runner/study.h"
 #include "tools/cli/output_folder.h"
@@ -43,15 +45,13 @@ struct PhotoToolOptions {
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kRefused = "refused.png";
 
-// The bending length of pooled drapes like this one, with its name; empty without a pool of these
-// discs.
-std::string LengthText(const PhotoResult& result, const DrapeDiscs& discs) {
-  const std::optional<LaboratoryRow> row = AnswerBendingLength(result.radius, discs);
-  return row ? row->Text() : "";
-}
+struct Developed : PhotoResult {
+  std::string length;  // bending length of pooled drapes like this one, with its name; empty
+                       // without a pool of these discs
+};
 
-Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
-                 const PhotoResult& result, const std::string& silhouette) {
+Json SummaryJson(const std::string& photo, const PhotoToolOptions& options, const Developed& result,
+                 const std::string& silhouette) {
   Json json = {{"photo", photo},
                {"silhouette", silhouette},
                {"camera_file", "camera.json"},
@@ -64,7 +64,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"dc_is", "estimate from the hem's estimated heights"},
                {"dc_without_camera_model", result.plane_coefficient},
                {"folds", result.shape.folds},
-               {"bending_length", LengthText(result, MakeDiscs(options.photo))},
+               {"bending_length", result.length},
                {"radius_min_m", result.shape.radius_min},
                {"radius_max_m", result.shape.radius_max},
                {"camera", CameraJson(result.camera)},
@@ -80,9 +80,8 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
 }
 
 std::string ResultText(const std::string& photo, const PhotoToolOptions& options,
-                       const PhotoResult& result) {
+                       const Developed& result) {
   const Camera& camera = result.camera;
-  const std::string length = LengthText(result, MakeDiscs(options.photo));
   std::string text =
       photo + "\n" +
       Format(
@@ -93,7 +92,7 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
       Format("  folds                      %d\n", result.shape.folds) +
       Format("  radius                     %.1f … %.1f mm\n", 1e3 * result.shape.radius_min,
              1e3 * result.shape.radius_max);
-  if (!length.empty()) text += "  " + length + ", by pooled drapes like it\n";
+  if (!result.length.empty()) text += "  " + result.length + ", by pooled drapes like it\n";
   if (camera.kind == CameraKind::kPinhole)
     text += Format(
         "  camera                     %.2f m above the support, tilted by %.1f degrees, "
@@ -151,23 +150,26 @@ PhotoOptions WithScale(const PhotoToolOptions& options, const std::string& file)
 // Writes a silhouette of that name, camera.json, projected.png, overlay.png and summary.json to
 // options.out. A photograph that is refused leaves earlier results as they were, writes
 // refused.png, which shows why, and sets *refusal.
-PhotoResult Develop(const std::string& file, const PhotoToolOptions& options,
-                    const std::string& silhouette, Json (*provenance)(), std::string* refusal) {
+Developed Develop(const std::string& file, const PhotoToolOptions& options,
+                  const std::string& silhouette, Json (*provenance)(), std::string* refusal) {
   ParseWarp(options.warp);
+  const DrapeDiscs discs = MakeDiscs(options.photo);
+  const auto pool = std::async(FindBuiltInPool, discs);  // unpacks it meanwhile
   const Photograph photo = ReadPhotograph(file);
   const OutputFolder out(options.out, {"summary.json", silhouette, "camera.json", "projected.png",
                                        "overlay.png", kRefused});
-  PhotoResult result = MeasurePhoto(photo, WithScale(options, file));
+  Developed result{MeasurePhoto(photo, WithScale(options, file)), {}};
   if (result.fault != PhotoFault::kNone) {
     WritePng(result.overlay, out.Staged(kRefused));
     out.Publish();
     *refusal = std::string(ToString(result.fault)) + ": " + result.reason;
     return result;
   }
-  const DrapeDiscs discs = MakeDiscs(options.photo);
+  auto overlay =
+      std::async([&] { WritePng(result.overlay, out.Staged("overlay.png")); });  // takes longest
+  if (const auto row = AnswerBendingLength(result.radius, discs)) result.length = row->Text();
   WritePng(result.silhouette, out.Staged(silhouette), discs);
   WritePng(result.projected, out.Staged("projected.png"), discs);
-  WritePng(result.overlay, out.Staged("overlay.png"));
   Json camera = CameraJson(result.camera);
   camera.update(DiscsJson(discs));
   camera["warp"] = options.warp;
@@ -178,6 +180,7 @@ PhotoResult Develop(const std::string& file, const PhotoToolOptions& options,
   Json summary = SummaryJson(file, options, result, silhouette);
   summary["provenance"] = provenance();
   WriteFileAtomically(out.Staged("summary.json"), summary.dump(2) + "\n");
+  overlay.get();
   out.Publish();
   std::error_code ignored;
   std::filesystem::remove(options.out + "/" + kRefused, ignored);
@@ -187,7 +190,7 @@ PhotoResult Develop(const std::string& file, const PhotoToolOptions& options,
 ToolOutcome RunOne(const PhotoToolOptions& options) {
   const std::string& file = options.operands[0];
   std::string refusal;
-  const PhotoResult result = Develop(file, options, "silhouette.png", MakeProvenance, &refusal);
+  const Developed result = Develop(file, options, "silhouette.png", MakeProvenance, &refusal);
   if (!refusal.empty())
     throw InputError(file, refusal + " (see " + options.out + "/" + kRefused + ")");
   return {.text = ResultText(file, options, result),
@@ -302,7 +305,8 @@ ToolOutcome Run(const PhotoToolOptions& options, const RunControl& control) {
 }  // namespace drape
 
 int main(int argc, char** argv) {
-  mallopt(M_MMAP_MAX, 0);  // planes are freed and made again: a fifth of the time was page faults
+  mallopt(M_MMAP_MAX, 0);   // planes are freed and made again: a fifth of the time was page faults
+  mallopt(M_ARENA_MAX, 1);  // those of other threads grow by system calls
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
   return drape::ToolMain(argc, argv, drape::PhotoTable, drape::Run);
 }

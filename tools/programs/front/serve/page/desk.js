@@ -11,6 +11,7 @@ let version = 0;
 let opened; // id of the photograph in the editor
 let shown; // id of the item whose command is shown
 let busyUntil = 0; // until then the server is asked often [ms]
+let timer = 0; // of the next question
 let lost = false;
 
 const node = (tag, properties = {}, ...children) => {
@@ -36,7 +37,7 @@ async function post(path, body) {
 async function act(work) {
   try {
     const answer = await work();
-    await ask();
+    await watch();
     return answer;
   } catch (error) {
     say(error.message, true);
@@ -337,13 +338,15 @@ async function ask() {
 }
 
 async function watch() {
+  clearTimeout(timer);
   try {
     await ask();
   } catch (error) {
     lost = true;
     say(error instanceof TypeError ? "The desk does not answer: is drape_serve running?" : error.message, true);
   }
-  setTimeout(watch, Date.now() < busyUntil ? 150 : 2000);
+  clearTimeout(timer);
+  timer = setTimeout(watch, Date.now() < busyUntil ? 60 : 2000);
 }
 
 for (const id of ["files", "folder"])

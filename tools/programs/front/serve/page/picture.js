@@ -23,20 +23,23 @@ export class Picture {
     Object.assign(this, { place, change, adds, pending: {}, sent: {}, timer: 0 });
   }
 
-  // Shows an item whose files are at `base`. The picture is loaded again only where it has changed.
+  // Shows an item whose files are at `base`. The picture stays until a measurement has ended.
   async show(item, base) {
     const shown = item.state === "done" ? "photo/overlay.png" : item.file;
     const address = `${base}/${shown}?${item.state === "done" ? JSON.stringify(item.result.dc) : ""}`;
     this.item = item;
-    if (this.address !== address && (item.state !== "running" || this.of !== item.id)) {
+    const isOther = this.of !== item.id;
+    if (this.address !== address && (isOther || item.state === "done" || item.state === "failed")) {
       this.address = address;
-      const original = new Image();
-      original.src = `${base}/${item.file}`;
-      await new Promise((resolve) => (original.onload = original.onerror = resolve));
-      if (this.address !== address) return; // another one was opened meanwhile
-      this.size = [original.naturalWidth || 4, original.naturalHeight || 3];
-      if (this.of !== item.id) this.scale = undefined; // a refused picture keeps its earlier one
-      this.of = item.id;
+      if (isOther) {
+        const original = new Image();
+        original.src = `${base}/${item.file}`;
+        await new Promise((resolve) => (original.onload = original.onerror = resolve));
+        if (this.address !== address) return; // another one was opened meanwhile
+        this.size = [original.naturalWidth || 4, original.naturalHeight || 3];
+        this.scale = undefined; // a refused picture keeps its earlier one
+        this.of = item.id;
+      }
       this.draw(address);
     }
     if (this.of === item.id) this.update();
