@@ -195,16 +195,10 @@ class Site {
     });
     if (!is_whole) return Fail(response, kTooLarge, "the request is too long or broken");
     if (verb == "run") return Answer(response, {{"id", desk_.AddJob(json::parse(content))}});
-    if (verb == "change")
-      desk_.Change(id, json::parse(content));
-    else if (verb == "cancel")
-      desk_.Cancel(id);
-    else if (verb == "retry")
-      desk_.Retry(id);
-    else if (verb == "remove")
-      desk_.Remove(id);
-    else
-      throw InputError("page", "is not there");
+    static const std::map<std::string, void (Desk::*)(const std::string&)> acts = {
+        {"cancel", &Desk::Cancel}, {"retry", &Desk::Retry}, {"remove", &Desk::Remove}};
+    if (verb != "change" && !acts.contains(verb)) throw InputError("page", "is not there");
+    verb == "change" ? desk_.Change(id, json::parse(content)) : (desk_.*acts.at(verb))(id);
     Answer(response, json::object());
   }
 

@@ -224,13 +224,9 @@ function showFit() {
 
 // The outline of a photograph and that of its fit so far.
 function outlineFigure({ name, image_px: measured, fit_px: fitted }) {
-  const path = (radii, kind) => {
-    const points = radii.map((radius, i) => {
-      const angle = (2 * Math.PI * i) / radii.length;
-      return `${(radius * Math.cos(angle)).toFixed(1)} ${(-radius * Math.sin(angle)).toFixed(1)}`;
-    });
-    return svgNode("path", { class: kind, d: `M${points.join("L")}Z` });
-  };
+  const turn = (i) => (2 * Math.PI * i) / measured.length;
+  const path = (radii, kind) =>
+    svgNode("path", { class: kind, d: `M${radii.map((r, i) => [r * Math.cos(turn(i)), -r * Math.sin(turn(i))]).join("L")}Z` });
   const most = 1.05 * Math.max(...measured, ...fitted);
   const text = `${items.get(name)?.name ?? name}: measured in blue, fitted so far in red`;
   return node("figure", { className: "photo" },
@@ -337,6 +333,7 @@ async function ask() {
   lost = false;
 }
 
+// Asks now, and again when something can have changed: soon while the user waits for it.
 async function watch() {
   clearTimeout(timer);
   try {
