@@ -112,7 +112,7 @@ class Desk:
         return {item['id']: item
                 for item in json.loads(self.ask('GET', 'state?since=0')[2])['items']}
 
-    def wait(self, item, *states, limit=60):
+    def wait(self, item, *states, limit=120):
         end = time.time() + limit
         while time.time() < end:
             found = self.items()[item]
@@ -199,7 +199,7 @@ class Browser:
         self.call('Emulation.setEmulatedMedia', media=media, features=[
             {'name': 'prefers-color-scheme', 'value': 'dark' if dark else 'light'}])
 
-    def until(self, condition, limit=60):
+    def until(self, condition, limit=120):
         """Waits; returns how long [s]."""
         begin = time.time()
         while not self.evaluate(f'Boolean({condition})'):
