@@ -25,6 +25,8 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/prediction/exchange/fabric_sheet.h"
 #include "tests/losses/photo/rendered/photo_file.h"
 #include "tests/losses/photo/rendered/rendered_photo.h"
 #include "tools/programs/results/tables/sample_report.h"
@@ -82,15 +84,31 @@ class Laboratory {
   }
   std::mt19937& random() { return random_; }
   double Normal() { return normal_(random_); }
-  // The mean of a fabric's coefficients over specimens and faces.
-  double KnownMean(const std::string& fabric) {
-    double sum = 0.0;
+  // What is known of a fabric over specimens and faces: the mean of its coefficients, and the
+  // bending of its tables, as certificates state it, in these drapes.
+  struct Known {
+    double coefficient = 0.0, rigidity = 0.0, length = 0.0;  // [1], [µN·m], [cm]
+  };
+  Known FindKnown(const std::string& fabric) {
+    Known known;
+    std::vector<Eigen::VectorXd> drapes;
     for (const bool is_up : {true, false}) {
       std::vector<MaterialField> fields;
       for (int i = 0; i < kOfMean; ++i) fields.push_back(CutSpecimen(fabric, is_up));
-      for (const Eigen::VectorXd& x : Hang(fields)) sum += Coefficient(x) / (2 * kOfMean);
+      for (Eigen::VectorXd& x : Hang(fields)) {
+        known.coefficient += Coefficient(x) / (2 * kOfMean);
+        drapes.push_back(std::move(x));
+      }
     }
-    return sum;
+    const LaboratorySheet sheet =
+        MakeFabricSheet({.tables = Tables(fabric),
+                         .law = MakeLaw("smooth"),
+                         .weights = StiffnessWeights(*model_, drapes),
+                         .density_is_given = true},
+                        [](const LogQuantity&, Resistance) { return std::nullopt; });
+    known.rigidity = sheet.of("bending_overall_un_m").value;
+    known.length = sheet.of("bending_length_overall_cm").value;
+    return known;
   }
 
  private:
@@ -146,9 +164,12 @@ void RenderSamples(const std::string& folder, unsigned seed) {
   std::filesystem::create_directories(folder);
   std::ofstream table(folder + "/samples.csv"), known(folder + "/known.csv");
   table << "file,fabric,customer,specimen,face,warp,mass,date\n";
-  known << "file,dc_percent\n";
-  for (const std::string fabric : kFabrics)
-    known << fabric << "," << 100 * laboratory.KnownMean(fabric) << std::endl;
+  known << "file,dc_percent,bending_overall_un_m,bending_length_overall_cm\n";
+  for (const std::string fabric : kFabrics) {
+    const Laboratory::Known of = laboratory.FindKnown(fabric);
+    known << fabric << "," << 100 * of.coefficient << "," << of.rigidity << "," << of.length
+          << std::endl;
+  }
   unsigned number = 100 * seed;
   for (const Hanging& each : RunExperiment(laboratory)) {
     const std::string fabric = each.row.of("fabric");
@@ -163,7 +184,7 @@ void RenderSamples(const std::string& folder, unsigned seed) {
             .field.density;
     table << each.row.file << "," << fabric << ",," << each.row.of("specimen") << ","
           << each.row.of("face") << ",unknown," << 1000 * density << ",2026-11-30\n";
-    known << each.row.file << "," << 100 * laboratory.Coefficient(each.x) << "\n";
+    known << each.row.file << "," << 100 * laboratory.Coefficient(each.x) << ",,\n";
   }
 }
 
@@ -183,7 +204,7 @@ void CountCoverage(int experiments, double error_mean, double error_sd, double s
                    std::array<double, 2> means_known) {
   Laboratory laboratory(7);
   for (int k = 0; k < 2; ++k) {
-    if (means_known[k] == 0) means_known[k] = 100 * laboratory.KnownMean(kFabrics[k]);
+    if (means_known[k] == 0) means_known[k] = 100 * laboratory.FindKnown(kFabrics[k]).coefficient;
     std::printf("%s: known mean %.2f %%\n", kFabrics[k], means_known[k]);
   }
   Count means, differences;
