@@ -320,7 +320,7 @@ async function ask() {
     items.set(item.id, item);
     if (!nodes.has(item.id)) nodes.set(item.id, item.kind === "picture" ? pictureRow(item.id) : jobCard(item.id));
     nodes.get(item.id).update(item);
-    if (item.state === "running" || item.state === "queued") busyUntil = Math.max(busyUntil, Date.now() + 1000);
+    if (item.kind === "picture" && /running|queued/.test(item.state)) busyUntil = Math.max(busyUntil, Date.now() + 1000);
   }
   if (news.items.length || news.removed.length) {
     const count = [...items.values()].filter((item) => item.kind === "picture").length;
@@ -343,7 +343,7 @@ async function watch() {
     say(error instanceof TypeError ? "The desk does not answer: is drape_serve running?" : error.message, true);
   }
   clearTimeout(timer);
-  timer = setTimeout(watch, Date.now() < busyUntil ? 60 : 2000);
+  timer = setTimeout(watch, Date.now() < busyUntil ? 60 : 500);
 }
 
 for (const id of ["files", "folder"])
