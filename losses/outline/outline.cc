@@ -208,41 +208,22 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
   return CollectMissing(outline);
 }
 
-namespace {
-
-// Calls visit(k, row of x, ∂r_k/∂x_row) for all non-zeros of the Jacobian.
-template <typename Visit>
-void ForEachEntry(const Outline& outline, const Visit& visit) {
-  CHECK_EQ(outline.hits.size(), size_t(outline.radius.size()))
-      << "an outline of an image has no Jacobian";
-  for (int k = 0; k < outline.num_angles(); ++k) {
-    const OutlineHit& hit = outline.hits[k];
-    if (hit.vertex[0] < 0) continue;
-    for (int i = 0; i < 6; ++i) visit(k, 3 * hit.vertex[i / 3] + i % 3, hit.d_radius[i]);
-  }
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
                                                              int num_vertices) {
+  CHECK_EQ(outline.hits.size(), size_t(outline.radius.size()))
+      << "an outline of an image has no Jacobian";
   std::vector<Eigen::Triplet<double>> entries;
-  ForEachEntry(outline, [&](int k, int i, double value) { entries.emplace_back(k, i, value); });
+  for (int k = 0; k < outline.num_angles(); ++k) {
+    const OutlineHit& hit = outline.hits[k];
+    if (hit.vertex[0] < 0) continue;
+    for (int i = 0; i < 6; ++i)
+      entries.emplace_back(k, 3 * hit.vertex[i / 3] + i % 3, hit.d_radius[i]);
+  }
   Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian(outline.num_angles(), 3 * num_vertices);
   jacobian.setFromTriplets(entries.begin(), entries.end());
   return jacobian;
-}
-
-RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp) {
-  RowMatrix dr_dp = RowMatrix::Zero(outline.num_angles(), dx_dp.cols());
-  ForEachEntry(outline, [&](int k, int i, double value) { dr_dp.row(k) += value * dx_dp.row(i); });
-  return dr_dp;
-}
-
-Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
-  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(3 * num_vertices, outline.num_angles());
-  ForEachEntry(outline, [&](int k, int i, double value) { seeds(i, k) = value; });
-  return seeds;
 }
 
 double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {

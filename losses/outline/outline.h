@@ -61,12 +61,6 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
 Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
                                                              int num_vertices);
 
-// J · dx_dp: shape [3V, P] → [K, P]. CHECKs that the outline comes from a mesh.
-RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
-
-// Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
-Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
-
 // The distance of a point from the segment from a to b.
 double DistanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
                          const Eigen::Vector2d& b);

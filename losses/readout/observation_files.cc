@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/readout/observation_files.h"
 
-#include <glog/logging.h>
 #include <png.h>
 
 #include <algorithm>
@@ -234,17 +233,6 @@ DepthMap ReadDepthMap(const std::string& path, double metres_per_count) {
   }
   if (map.pixels.empty()) throw InputError(path, "all counts are 0 (no data), expected depths");
   return map;
-}
-
-Eigen::VectorXd PointsOfDepthMap(const DepthMap& map, const View& view) {
-  CHECK(map.width == view.camera.width && map.height == view.camera.height);
-  Eigen::VectorXd x(3 * map.pixels.size());
-  for (std::size_t i = 0; i < map.pixels.size(); ++i) {
-    const int pixel = map.pixels[i];
-    x.segment<3>(3 * Eigen::Index(i)) = view.WorldFromImage(
-        {double(pixel % map.width), std::floor(double(pixel) / map.width)}, map.depth[pixel]);
-  }
-  return x;
 }
 
 }  // namespace drape

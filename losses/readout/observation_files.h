@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/view.h"
 #include "losses/readout/place_readouts.h"
 #include "physics/mesh/mesh.h"
 
@@ -44,9 +43,5 @@ struct DepthMap {
 // Reads a grey PNG of 16 bits as it is stored: without gamma, orientation or colour profile, which
 // would change its counts. A count of 0 is no data. metres_per_count: more than 0.
 DepthMap ReadDepthMap(const std::string& path, double metres_per_count);
-
-// The points of the world that a depth map shows [m], shape [3N]. CHECKs that the view has its
-// size.
-Eigen::VectorXd PointsOfDepthMap(const DepthMap& map, const View& view);
 
 }  // namespace drape

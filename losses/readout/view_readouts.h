@@ -33,8 +33,8 @@ class SilhouetteReadout final : public Readout {
 // or, where the cloth alone was measured, a depth behind all of it. The derivative is exact for the
 // face that is seen; where another face or the background comes into sight, the depth jumps as a
 // measured one does, and no derivative tells of it. A robust loss bounds what few such pixels do;
-// far from the solution, where they are many, a fit to the points of the map (PointsOfDepthMap,
-// PointCloudReadout), which is continuous, has to come first.
+// far from the solution, where they are many, a fit to the points of the map (PointCloudReadout),
+// which is continuous, has to come first.
 class DepthReadout final : public Readout {
  public:
   // pixels: row·width + column. `mesh` must outlive the object.

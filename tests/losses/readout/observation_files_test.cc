@@ -158,23 +158,6 @@ TEST_F(ObservationFilesTest, SaysWhatIsWrongInADepthMap) {
   EXPECT_INPUT_ERROR(ReadDepthMap(Write("f.png", large), 1e-3), "65536x65536, expected at most");
 }
 
-TEST_F(ObservationFilesTest, PointsOfADepthMapLieWhereTheCameraSeesThem) {
-  Camera camera;
-  camera.width = camera.height = 16;
-  camera.cx = camera.cy = 1.0;
-  camera.scale = 100.0;
-  DepthMap map{16, 16, std::vector<double>(256, 0.0), {2, 17}};
-  map.depth[2] = 0.5;
-  map.depth[17] = 0.25;
-  const Eigen::VectorXd above = PointsOfDepthMap(map, camera);
-  EXPECT_LT((above - (Eigen::VectorXd(6) << 0.01, 0.01, -0.5, 0, 0, -0.25).finished()).norm(),
-            1e-15);
-  const View side = LookAt(camera, {0, -0.6, 0}, {0, 0, 0}, Eigen::Vector3d::UnitZ(), "view");
-  const Eigen::VectorXd aside = PointsOfDepthMap(map, side);
-  EXPECT_LT((aside - (Eigen::VectorXd(6) << 0.01, -0.1, 0.01, 0, -0.35, 0).finished()).norm(),
-            1e-15);
-}
-
 TEST_F(ObservationFilesTest, ReadsTheDepthMapOfAnotherProgram) {
   if (!Python("numpy, PIL.Image",
               "a = numpy.arange(12, dtype=numpy.uint16).reshape(3, 4) * 5000\n"
