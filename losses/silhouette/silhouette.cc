@@ -155,18 +155,37 @@ void AdjCrossing(const Matrix2Xd& points, const EdgeCrossing& crossing, const Ve
   }
 }
 
-// Calls visit(pixel, centre) for the pixels, row · width + column, whose centres lie in the box of
-// a projected triangle.
+// The columns whose centres a projected triangle may cover in a row that meets its box: between the
+// points of its edges there, and a little more than rounding errors.
+PixelRange ColumnsNear(const Matrix2Xd& points, const int* triangle, int row, int width) {
+  constexpr double kMargin = 1e-3, kFlat = 1e-3, kLongest = 1e6;  // [px]
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (int k = 0; k < 3; ++k) {
+    const Vector2d a = points.col(triangle[k]), edge = points.col(triangle[(k + 1) % 3]) - a;
+    if (std::abs(edge.y()) < kFlat || !(edge.cwiseAbs().maxCoeff() < kLongest)) {
+      low = std::min({low, a.x(), a.x() + edge.x()});
+      high = std::max({high, a.x(), a.x() + edge.x()});
+    } else if (const double t = (row - a.y()) / edge.y(); t > -kMargin && t < 1 + kMargin) {
+      low = std::min(low, a.x() + t * edge.x());
+      high = std::max(high, a.x() + t * edge.x());
+    }
+  }
+  return PixelsIn(low - kMargin, high + kMargin, width);
+}
+
+// Calls visit(pixel, centre) for pixels, row · width + column: those whose centres a projected
+// triangle covers, and a few beside it.
 template <class Visit>
 void ForEachPixelNear(const Matrix2Xd& points, const int* triangle, int width, int height,
                       const Visit& visit) {
-  const auto a = points.col(triangle[0]), b = points.col(triangle[1]), c = points.col(triangle[2]);
-  const Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
-  const PixelRange columns = PixelsIn(min.x(), max.x(), width);
-  const PixelRange rows = PixelsIn(min.y(), max.y(), height);
-  for (int row = rows.first; row <= rows.last; ++row)
+  const auto y = [&](int k) { return points(1, triangle[k]); };
+  const PixelRange rows =
+      PixelsIn(std::min({y(0), y(1), y(2)}), std::max({y(0), y(1), y(2)}), height);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    const PixelRange columns = ColumnsNear(points, triangle, row, width);
     for (int col = columns.first; col <= columns.last; ++col)
       visit(size_t(row) * width + col, Vector2d(col, row));
+  }
 }
 
 const int* Vertices(const Face& face) { return face.vertex; }
@@ -197,9 +216,10 @@ GrayImage RasterizeTriangles(const auto& triangles, const Eigen::VectorXd& x, co
   const std::vector<uint8_t> covered =
       CoveredPixels(triangles, points, fine_width, n * camera.height);
   GrayImage image(camera.width, camera.height);
-  for (size_t i = 0; i < covered.size(); ++i) {
-    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
-  }
+  const uint8_t* sample = covered.data();
+  for (int row = 0; row < n * camera.height; ++row)
+    for (int col = 0; col < camera.width; ++col)
+      for (int k = 0; k < n; ++k) image.at(col, row / n) += *sample++;
   for (float& c : image.coverage) c /= static_cast<float>(n * n);
   return image;
 }

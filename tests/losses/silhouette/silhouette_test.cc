@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <random>
 
 #include "tests/losses/disc.h"
 #include "tests/losses/silhouette/adj_render_soft.h"
@@ -70,6 +71,38 @@ TEST(Rasterize, PixelCentresAreAtIntegers) {
   EXPECT_EQ(Area(image), 2);
   EXPECT_EQ(image.at(10, 20), 1);
   EXPECT_EQ(image.at(11, 20), 1);
+}
+
+// Triangles of all forms, also flat and narrow ones and those that leave the image.
+TEST(Rasterize, CoversThePixelsInATriangle) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> place(-60.0, 320.0);
+  Camera camera;
+  camera.scale = 1.0;
+  camera.cx = camera.cy = 0.0;
+  for (int k = 0; k < 200; ++k) {
+    Eigen::Matrix<double, 2, 3> p = Eigen::Matrix<double, 2, 3>::NullaryExpr(
+        [&](Eigen::Index, Eigen::Index) { return place(random); });
+    if (k % 4 == 0) p(1, 1) = p(1, 0) + (k % 8 == 0 ? 0.0 : 1e-4);
+    if (k % 4 == 1) p.col(2) = 0.3 * p.col(0) + 0.7 * p.col(1) + Eigen::Vector2d(0.4, 0.1);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(9);
+    for (int i = 0; i < 3; ++i) x.segment<2>(3 * i) << p(0, i), -p(1, i);
+    const GrayImage image = Rasterize(ObjSurface{.x = x, .triangles = {{0, 1, 2}}}, camera, 1);
+    for (int row = 0; row < image.height; ++row)
+      for (int col = 0; col < image.width; ++col) {
+        double inside = 1e3, outside = 1e3;  // least distance from an edge [px]
+        for (int i = 0; i < 3; ++i) {
+          const Eigen::Vector2d edge = p.col((i + 1) % 3) - p.col(i);
+          const Eigen::Vector2d to = Eigen::Vector2d(col, row) - p.col(i);
+          const double side = (edge.x() * to.y() - edge.y() * to.x()) / edge.norm();
+          inside = std::min(inside, side);
+          outside = std::min(outside, -side);
+        }
+        const double depth = std::max(inside, outside);
+        if (std::abs(depth) < 1e-9) continue;
+        ASSERT_EQ(image.at(col, row), depth > 0.0 ? 1.0f : 0.0f) << k << " " << col << " " << row;
+      }
+  }
 }
 
 TEST(Rasterize, ClothOutsideTheImageIsCutOff) {
