@@ -20,7 +20,6 @@
 
 #include "cuda/make_backend.h"
 #include "losses/metrics/metrics.h"
-#include "losses/silhouette/silhouette.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
@@ -28,7 +27,7 @@
 #include "solver/fit/effective_stiffness.h"
 #include "solver/prediction/exchange/fabric_sheet.h"
 #include "tests/losses/photo/rendered/photo_file.h"
-#include "tests/losses/photo/rendered/rendered_photo.h"
+#include "tests/losses/photo/rendered/photo_trial.h"
 #include "tools/programs/results/tables/sample_report.h"
 
 namespace drape {
@@ -77,11 +76,7 @@ class Laboratory {
       drapes.push_back(each.end.x);
     return drapes;
   }
-  // The coefficient by the vertical projection of the whole cloth.
-  double Coefficient(const Eigen::VectorXd& x) const {
-    const Camera above;
-    return DrapeCoefficient(CoverageArea(Rasterize(mesh(), x, above, 8), above), {});
-  }
+  double Coefficient(const Eigen::VectorXd& x) const { return ComputeCoefficient(mesh(), x); }
   std::mt19937& random() { return random_; }
   double Normal() { return normal_(random_); }
   // What is known of a fabric over specimens and faces: the mean of its coefficients, and the

@@ -273,8 +273,8 @@ const KnownDrape& Shirt() {
 
 PhotoScene TelephoneScene() {
   PhotoScene scene;
-  scene.width = 1200;
-  scene.height = 900;
+  scene.width = 1000;
+  scene.height = 750;
   scene.focal_35mm = 32;
   scene.tilt = {0.04, -0.03};
   scene.eye = {-0.03, -0.05, 1.0};
@@ -377,7 +377,12 @@ INSTANTIATE_TEST_SUITE_P(
                s.light = {0.45, 0.3};
              }},
         Kind{"moved_a_little", kGood, [](PhotoScene& s, Options&) { s.motion = 5; }},
-        Kind{"moved_much", PhotoFault::kWrongSize, [](PhotoScene& s, Options&) { s.motion = 31; }},
+        Kind{"moved_much", PhotoFault::kWrongSize,
+             [](PhotoScene& s, Options&) {
+               s.width = 1200;  // of fewer pixels it is blurred
+               s.height = 900;
+               s.motion = 31;
+             }},
         Kind{"grey", kGood, [](PhotoScene&, Options&) {},
              [](RgbImage& image) {
                const std::vector<uint8_t> grey = GreyLevels(image);
@@ -389,8 +394,8 @@ INSTANTIATE_TEST_SUITE_P(
                o.focal_35mm = 32;
              },
              [](RgbImage& image) {
-               Fill(&image, 0, 90, 0);
-               Fill(&image, image.height - 90, image.height, 0);
+               Fill(&image, 0, 75, 0);
+               Fill(&image, image.height - 75, image.height, 0);
              }},
         Kind{"wooden_table", kGood,
              [](PhotoScene& s, Options&) {

@@ -20,13 +20,6 @@ namespace {
 
 constexpr int kAngles = 360;
 
-// By the area of the vertical projection of the whole cloth.
-double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
-  constexpr int kSamples = 8;
-  const Camera above;
-  return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above), {});
-}
-
 // The vertices moved so that the camera that was found sees them where the true one did. An
 // orthographic camera has no place that could be wrong.
 Eigen::VectorXd AsSeen(const PhotoScene& scene, const PhotoResult& found,
@@ -52,6 +45,12 @@ double EstimateCoefficient(const Outline& outline, const Camera& camera) {
 }
 
 }  // namespace
+
+double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
+  constexpr int kSamples = 8;
+  const Camera above;
+  return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above), {});
+}
 
 KnownDrape SimulateDrape(const std::string& fabric, int seed) {
   Material material =

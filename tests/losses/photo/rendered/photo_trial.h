@@ -14,8 +14,10 @@ struct KnownDrape {
   std::string name;
   Mesh mesh;
   Eigen::VectorXd x;         // [m], shape [3V]
-  double coefficient = 0.0;  // of its vertical projection
+  double coefficient = 0.0;  // ComputeCoefficient
 };
+// The drape coefficient by the area of the vertical projection of the whole cloth.
+double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x);
 KnownDrape SimulateDrape(const std::string& fabric, int seed);
 // A drape of 41 % that tests share.
 const KnownDrape& Wool();

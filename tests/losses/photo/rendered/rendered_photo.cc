@@ -146,11 +146,15 @@ void PaintTriangle(const Lens& lens, const Vector3d corner[3], const Shade& shad
   const int bottom = std::min(
       canvas->height - 1, static_cast<int>(std::floor(std::max({p[0].y(), p[1].y(), p[2].y()}))));
   for (int row = top; row <= bottom; ++row)
-    for (int col = first; col <= last; ++col) {
+    for (int col = first, painted = 0; col <= last; ++col) {
       const Vector2d d = Vector2d(col, row) - p[0];
       const double v = (d.x() * e2.y() - d.y() * e2.x()) / area;
       const double w = (e1.x() * d.y() - e1.y() * d.x()) / area;
-      if (v < 0 || w < 0 || v + w > 1) continue;
+      if (v < 0 || w < 0 || v + w > 1) {
+        if (painted > 0) break;
+        continue;
+      }
+      ++painted;
       const double nearness = (1 - v - w) * inverse[0] + v * inverse[1] + w * inverse[2];
       float& depth = canvas->depth[size_t(row) * canvas->width + col];
       if (nearness <= depth) continue;
