@@ -227,8 +227,11 @@ bool CandidateFitter::SettleNearer(int i, CandidateTask& task) const {
   const double before = ComputeProfileRms(observation, material, fitted).value_or(kNoDrape);
   double best = before;
   for (int number = 0; number <= measured->random_starts && !Cancelled(); ++number) {
-    State start = MakeStart(*measured, fine_.model(), number);
-    start.x = number == 0 ? fitted : Eigen::VectorXd(fitted + start.x - fine_.model().mesh.rest_x);
+    State start{fitted, Eigen::VectorXd::Zero(fitted.size())};
+    if (number > 0) {
+      start.x += MakeStart(*measured, fine_.model(), number).x;
+      start.x -= fine_.model().mesh.rest_x;
+    }
     SettledDrape drape = SettleGuided(fine_, material, start, observation, settle);
     ++task.counts.rollouts;
     if (!drape.IsUsable(settle.solve_mode)) continue;
