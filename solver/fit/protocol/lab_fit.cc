@@ -221,14 +221,24 @@ class LabFitter {
     const LabFitter plain = *this;
     for (int i = 0; !IsCancelled(*options_) && FindErrors(i == kMostCorrections); ++i)
       if (!FitStage(last_, nullptr) || cost() > plain.cost() + kUnlikely) {
+        const double seconds = seconds_;
+        const RolloutCounts counts = counts_;
         *this = plain;
+        seconds_ = seconds;
+        counts_ = counts;
         FindErrors(true);
         return;
       }
   }
 
+  // Becomes another fit of the same where its cost is less; counts what both took.
+  void TakeBetter(LabFitter other) {
+    if (!other.failed() && (failed() || other.cost() < cost())) std::swap(*this, other);
+    seconds_ += other.seconds_;
+    counts_ += other.counts_;
+  }
+
   bool failed() const { return summary_.theta.size() == 0; }
-  double cost() const { return summary_.final_cost; }
   const std::string& note() const { return note_; }
   // Of the last stage that succeeded, with the seconds and the counts of all.
   FitSummary summary() const {
@@ -245,6 +255,8 @@ class LabFitter {
   }
 
  private:
+  double cost() const { return summary_.final_cost; }
+
   // Of all motions; whether one was corrected.
   bool FindErrors(bool only_count) {
     const FitProblem found = fitted();
@@ -316,30 +328,20 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
                              {});
   const std::vector<Eigen::VectorXd> points =
       ListScales(residuals, static_cast<int>(table.size()), HasMotion(problem), options);
-  RolloutCounts counts = residuals.counts();
-  double seconds = 0.0;
-  std::optional<LabFitter> best;
-  for (const Eigen::VectorXd& point : points) {
-    if (best && IsCancelled(options)) break;
-    LabFitter fitter(last, options, problem);
-    fitter.FitStages(point);
-    const bool is_better =
-        !best || (!fitter.failed() && (best->failed() || fitter.cost() < best->cost()));
-    const FitSummary spent = is_better && best ? best->summary() : fitter.summary();
-    if (best) {
-      seconds += spent.seconds;
-      counts += spent.counts;
-    }
-    if (is_better) best.emplace(std::move(fitter));
+  LabFitter best(last, options, problem);
+  best.FitStages(points[0]);
+  for (std::size_t i = 1; i < points.size() && !IsCancelled(options); ++i) {
+    LabFitter other(last, options, problem);
+    other.FitStages(points[i]);
+    best.TakeBetter(std::move(other));
   }
-  if (!best->failed() && !IsCancelled(options)) best->Correct();
-  problem = best->fitted();
-  *note = best->note();
-  FitSummary summary = best->summary();
+  if (!best.failed()) best.Correct();
+  problem = best.fitted();
+  *note = best.note();
+  FitSummary summary = best.summary();
   if (IsCancelled(options) && summary.theta.size() > 0)
     summary.termination = FitTermination::kCancelled;
-  summary.seconds += seconds;
-  summary.counts += counts;
+  summary.counts += residuals.counts();
   ScaleForIntervals(problem, summary.jacobian);
   return summary;
 }
