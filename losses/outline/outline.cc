@@ -208,8 +208,6 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
   return CollectMissing(outline);
 }
 
-namespace {}  // namespace
-
 Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
                                                              int num_vertices) {
   CHECK_EQ(outline.hits.size(), size_t(outline.radius.size()))
