@@ -12,6 +12,7 @@
 #include "physics/simulation/statics/stiffness.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/parametrisation.h"
+#include "solver/fit/protocol/lab_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/drape_pool.h"
 #include "solver/forward/settle.h"
@@ -160,7 +161,7 @@ void JudgeReach(const FitReport& report, Judge& judge) {
 }
 
 void JudgeMeasurements(const FitReport& report, Judges& judges) {
-  constexpr double kMuch = 2.0, kTooMuch = 5.0;  // factors on sigma
+  constexpr double kMuch = 2.0;  // a factor on sigma
   for (const MeasurementReport& each : report.measurements) {
     const std::string off = each.experiment + ": " + each.name +
                             Format(" are off by %.1f sigma, root mean square", each.misfit);
@@ -180,7 +181,7 @@ void JudgeMeasurements(const FitReport& report, Judges& judges) {
     const std::string reason =
         experiment + Format(": %s for what was measured, and intervals count %.2g times the sigma",
                             fault, factor);
-    if (factor > kTooMuch)  // the material explains the error
+    if (factor > kMostGridFactor)
       judges.Condemn(reason);
     else if (factor > kMuch)
       judges.shape.Add(FitGrade::kUsable, reason);

@@ -18,9 +18,9 @@ namespace {
 // scales on stretch, or on bend, are this factor apart.
 constexpr int kBestScales = 2;
 constexpr double kScaleFactor = 4.0;
-// Factors on sigma for the errors of mesh and time step: what intervals notice, what is too much to
-// be extrapolated, and where a finer motion cannot be computed.
-constexpr double kNoticed = 1.1, kTooMuch = 5.0, kUnknown = 100.0;
+// Factors on sigma for the errors of mesh and time step: what intervals notice, and where a finer
+// motion cannot be computed.
+constexpr double kNoticed = 1.1, kUnknown = 100.0;
 constexpr int kMostCorrections = 2;
 constexpr double kUnlikely = 3.0;  // of a cost above that of the fit without corrections
 
@@ -122,8 +122,7 @@ std::optional<GridErrors> FindGridErrors(const FitProblem& problem, const Settle
   return errors;
 }
 
-// The factor on sigma where all numbers of a motion have this error [sigma] in common [METHODS,
-// P75].
+// The factor on sigma where all numbers of a motion have this error [sigma] in common.
 double FindFactor(const std::vector<Sight>& sights, const Eigen::VectorXd& error) {
   int telling = 0, independent = 0;
   for (const Sight& sight : sights) {
@@ -164,8 +163,8 @@ bool FindMotionErrors(const FitProblem& problem, bool only_count, const std::ato
     found.mesh_factor = FindFactor(sights, was_corrected ? errors->mesh_rest : errors->mesh);
     found.step_factor =
         FindFactor(sights, was_corrected ? errors->step_rest + change : errors->step);
-    corrects =
-        !only_count && FindFactor(sights, change) > kNoticed && FindFactor(sights, all) < kTooMuch;
+    corrects = !only_count && FindFactor(sights, change) > kNoticed &&
+               FindFactor(sights, all) < kMostGridFactor;
     if (corrects)
       ForEachMeasurement(found, sights, [&](Measurement& each, Eigen::Index row, Eigen::Index n) {
         each.grid_error = each.sigma * all.segment(row, n);
@@ -207,7 +206,7 @@ class LabFitter {
   LabFitter(ParameterTying last, const FitOptions& options, FitProblem problem)
       : last_(last), options_(&options), problem_(std::move(problem)), base_(problem_.material) {}
 
-  // From a point of scales, the first numbers of θ, until a stage fails.
+  // Fits all stages from a point of scales, the first numbers of θ, until one fails.
   void FitStages(const Eigen::VectorXd& scales) {
     for (const ParameterTying tying : ListStages(last_))
       if (!FitStage(tying, &scales) || tying == last_ ||
@@ -218,14 +217,12 @@ class LabFitter {
   // Finds the errors of mesh and time step of motions. Corrects the motions by them, and repeats
   // the last stage, where intervals notice errors and the data do not speak against it.
   void Correct() {
-    const LabFitter plain = *this;
+    LabFitter plain = *this;
     for (int i = 0; !IsCancelled(*options_) && FindErrors(i == kMostCorrections); ++i)
       if (!FitStage(last_, nullptr) || cost() > plain.cost() + kUnlikely) {
-        const double seconds = seconds_;
-        const RolloutCounts counts = counts_;
+        plain.seconds_ = seconds_;
+        plain.counts_ = counts_;
         *this = plain;
-        seconds_ = seconds;
-        counts_ = counts;
         FindErrors(true);
         return;
       }
@@ -240,7 +237,7 @@ class LabFitter {
 
   bool failed() const { return summary_.theta.size() == 0; }
   const std::string& note() const { return note_; }
-  // Of the last stage that succeeded, with the seconds and the counts of all.
+  // The last stage that succeeded, with the seconds and the counts of all.
   FitSummary summary() const {
     FitSummary all = summary_;
     all.seconds = seconds_;
@@ -257,7 +254,7 @@ class LabFitter {
  private:
   double cost() const { return summary_.final_cost; }
 
-  // Of all motions; whether one was corrected.
+  // Finds the errors of all motions (FindMotionErrors); returns whether one was corrected.
   bool FindErrors(bool only_count) {
     const FitProblem found = fitted();
     bool corrects = false;
@@ -271,7 +268,7 @@ class LabFitter {
     return corrects;
   }
 
-  // From `scales` if it is the first, else from what the stage before left.
+  // Fits one stage, from `scales` if it is the first, else from what the stage before left.
   bool FitStage(ParameterTying tying, const Eigen::VectorXd* scales) {
     const TableParametrisation table(base_, tying);
     const DynamicsParametrisation parametrisation(table, problem_.fitted);

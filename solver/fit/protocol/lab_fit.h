@@ -8,6 +8,10 @@
 
 namespace drape {
 
+// The factor on sigma (Experiment::mesh_factor, step_factor) above which the material explains the
+// error of a motion's grid: it is not corrected, and the fit is not to be used [METHODS, P75].
+inline constexpr double kMostGridFactor = 5.0;
+
 // Fits laboratory measurements and motions alone: few parameters first, since far from the solution
 // single entries are changed into tables that no strip resists. First scales about the start
 // tables; the prior of what follows is about the tables so scaled, as after the initial guesses of
