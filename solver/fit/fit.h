@@ -79,6 +79,9 @@ struct FitSummary : TrustRegionRun {
   RolloutCounts counts;
   // RolloutResiduals::Point::jacobian at the best point, shape [N, P].
   Eigen::MatrixXd jacobian;
+  // Of motions (FitLabInStages): ∂residual/∂(log entries of the table, then the numbers of θ beside
+  // the table), shape [N, 39 + n].
+  Eigen::MatrixXd by_entries;
 };
 
 // Up to this many parameters the steps use Ceres's DENSE_QR; above, CGNR: JᵀJ of m residuals with

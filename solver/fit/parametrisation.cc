@@ -127,6 +127,22 @@ Eigen::MatrixXd TyingMatrix(ParameterTying tying) {
   return tie;
 }
 
+Eigen::MatrixXd TieWithForm(const Eigen::MatrixXd& tie, double prior_sigma) {
+  constexpr double kFormDeviation = 0.5;  // of the logarithm
+  if (tie.cols() == kMaterialEntries) return tie;
+  const Eigen::VectorXd is_free = tie.rowwise().sum();
+  Eigen::MatrixXd with_form(kMaterialEntries, tie.cols() + kMaterialEntries);
+  with_form << tie, Eigen::MatrixXd((kFormDeviation / prior_sigma * is_free).asDiagonal());
+  return with_form;
+}
+
+Eigen::MatrixXd JacobianByTie(const Eigen::MatrixXd& by_entries, const Eigen::MatrixXd& tie) {
+  const Eigen::Index others = by_entries.cols() - kMaterialEntries;
+  Eigen::MatrixXd by_tie(by_entries.rows(), tie.cols() + others);
+  by_tie << by_entries.leftCols(kMaterialEntries) * tie, by_entries.rightCols(others);
+  return by_tie;
+}
+
 TableParametrisation::TableParametrisation(MaterialField base, ParameterTying tying)
     : TableParametrisation(std::move(base), TyingMatrix(tying)) {}
 

@@ -64,6 +64,10 @@ constexpr auto EnumNames(ParameterTying) {
 // The T of a tying: ones and zeros, shape [39, P].
 Eigen::MatrixXd TyingMatrix(ParameterTying tying);
 
+// The tie of intervals [METHODS, P57]: its numbers, then in units of their prior what each free
+// entry is off by within its column or row; shape [39, P + 39], or T where each entry is a number.
+Eigen::MatrixXd TieWithForm(const Eigen::MatrixXd& tie, double prior_sigma);
+
 // The name of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
 std::string NameFor(ParameterTying tying, int i);
 
@@ -160,6 +164,9 @@ Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& tab
 
 // The inverse for one table of each kind, shape [39]: a bend entry has the logarithm of the ratio.
 Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table);
+// The Jacobian by the numbers of a tie and by those after the table, shape [K, P + n], from that by
+// the log entries and by those, shape [K, 39 + n].
+Eigen::MatrixXd JacobianByTie(const Eigen::MatrixXd& by_entries, const Eigen::MatrixXd& tie);
 // The means of log factors over the entries of each number of a tying T, shape [P]; the columns of
 // T, shape [39, P], are ones and zeros.
 Eigen::VectorXd MeanLogFactors(const Eigen::MatrixXd& tie, const Eigen::VectorXd& log_factors);

@@ -152,7 +152,7 @@ std::vector<BranchTables> ListBranches(const FitProblem& problem, const StagedFi
 // independent; of model bayes by the posterior where its samples are reliable; of images over their
 // branches.
 void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
-                         const StagedFitState& state, const Eigen::MatrixXd& jacobian,
+                         const StagedFitState& state, const Eigen::MatrixXd& by_entries,
                          FitReport& report) {
   const FitCandidate& best = *Best(state);
   const ResidualOptions& residuals = spec.stages.residuals;
@@ -160,6 +160,9 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   const MaterialField table = FittedMaterial(spec.stages, best);
   const bool of_experiment = FindExperiment(problem) != nullptr;
+  Eigen::MatrixXd tie = TyingMatrix(spec.stages.parameters);
+  if (of_experiment) tie = TieWithForm(tie, spec.stages.prior_sigma);
+  Eigen::MatrixXd jacobian = by_entries.size() > 0 ? JacobianByTie(by_entries, tie) : by_entries;
   WeightedRows rows = {.jacobian = jacobian,
                        .outline_rows = std::min<Eigen::Index>(
                            jacobian.rows(), problem.observations.size() * spec.observation.angles),
@@ -169,8 +172,7 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
   const MaterialField mean = MeanTables(report.material);
   const std::vector<BranchTables> branches = ListBranches(problem, state, mean);
   const double model_deviation = problem.is_pooled ? kBranchDeviation : kModelDeviation;
-  Judgement judge = JudgeByLaplace(table, TyingMatrix(spec.stages.parameters), rows,
-                                   spec.stages.prior_sigma, model_deviation);
+  Judgement judge = JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma, model_deviation);
   const LogQuantity stretch = [&](const MaterialField& tables) {
     return std::log(EffectiveStretch(tables, report.stiffness_weights));
   };
@@ -191,42 +193,47 @@ void EstimateFittedCloth(const FitSpec& spec, const FitProblem& problem,
              JudgeByBound(judge, bound, mean, LeastRigidityOfFlat(problem, report)), report);
 }
 
-// The Jacobian by the first numbers that has the information about them which is left when the
-// others, which have the same prior, are not known.
-Eigen::MatrixXd ProjectOut(const Eigen::MatrixXd& jacobian, Eigen::Index others,
-                           double prior_sigma) {
-  const Eigen::Index kept = jacobian.cols() - others;
-  if (others == 0) return jacobian;
-  Eigen::MatrixXd with_prior(jacobian.rows() + others, jacobian.cols());
-  with_prior << jacobian, Eigen::MatrixXd::Zero(others, kept),
-      Eigen::MatrixXd::Identity(others, others) / prior_sigma;
-  const Eigen::MatrixXd first = with_prior.leftCols(kept), last = with_prior.rightCols(others);
-  return first - last * last.householderQr().solve(first);
-}
+// What the fit of strips and motions let vary, which ends with the last of its stages that
+// succeeds, and its Jacobian by this; for intervals. The numbers beside the table vary no entry.
+struct LabTie {
+  LabTie(const FitSpec& spec, const FitProblem& problem, const FitSummary& fit)
+      : jacobian(fit.jacobian) {
+    const int others = CountNumbers(problem.fitted);
+    tie = TyingMatrix(
+        ParseName<ParameterTying>(std::to_string(fit.theta.size() - others), "num_parameters"));
+    if (!problem.further.empty()) {
+      tie = TieWithForm(tie, spec.stages.prior_sigma);
+      jacobian = JacobianByTie(fit.by_entries, tie);
+    }
+    tie.conservativeResizeLike(Eigen::MatrixXd::Zero(tie.rows(), tie.cols() + others));
+  }
+  Eigen::MatrixXd tie, jacobian;
+};
 
-// The fit of strips and motions ends with the last of its stages that succeeds.
 void EstimateLabCloth(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
-  const FitSummary& fit = *report.lab_fit;
-  const Eigen::MatrixXd jacobian =
-      ProjectOut(fit.jacobian, CountNumbers(problem.fitted), spec.stages.prior_sigma);
-  const Eigen::MatrixXd tie =
-      TyingMatrix(ParseName<ParameterTying>(std::to_string(jacobian.cols()), "num_parameters"));
-  const WeightedRows rows = problem.further.empty() ? WeightedRows{.jacobian = jacobian}
-                                                    : ExperimentRows(report, jacobian);
+  const LabTie lab(spec, problem, *report.lab_fit);
+  const WeightedRows rows = problem.further.empty() ? WeightedRows{.jacobian = lab.jacobian}
+                                                    : ExperimentRows(report, lab.jacobian);
   MakeSheets(spec, problem.strips,
-             JudgeByLaplace(report.material, tie, rows, spec.stages.prior_sigma), report);
+             JudgeByLaplace(report.material, lab.tie, rows, spec.stages.prior_sigma), report);
 }
 
-// Reports the numbers beside the tables, with their deviation by the Laplace approximation.
+// Deviations of numbers by the Laplace approximation, with a prior of `prior_sigma` on each.
+Eigen::VectorXd LaplaceDeviations(const Eigen::MatrixXd& jacobian, double prior_sigma) {
+  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  information.diagonal().array() += 1.0 / (prior_sigma * prior_sigma);
+  return information.inverse().diagonal().cwiseSqrt();
+}
+
+// Reports the numbers beside the tables, with their deviation.
 void ReportDynamics(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (problem.fitted.empty() || !report.lab_fit) return;
-  const WeightedRows rows = ExperimentRows(report, report.lab_fit->jacobian);
-  const Eigen::Index count = report.lab_fit->jacobian.cols();
-  Eigen::MatrixXd information =
-      Eigen::MatrixXd::Identity(count, count) / std::pow(spec.stages.prior_sigma, 2);
-  if (rows.jacobian.size() > 0)
-    information += rows.outline_weight * rows.jacobian.transpose() * rows.jacobian;
-  const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
+  const LabTie lab(spec, problem, *report.lab_fit);
+  const WeightedRows rows = ExperimentRows(report, lab.jacobian);
+  const Eigen::Index count = lab.tie.cols();
+  Eigen::MatrixXd weighted = std::sqrt(rows.outline_weight) * rows.jacobian;
+  weighted.conservativeResize(weighted.rows(), count);
+  const Eigen::VectorXd deviation = LaplaceDeviations(weighted, spec.stages.prior_sigma);
   MaterialField fitted = problem.material;
   Eigen::Index next = count - CountNumbers(problem.fitted);
   for (const FreeNumber number : problem.fitted) {
@@ -288,9 +295,7 @@ void LogDetermined(const FitProblem& problem, StagedFitOptions stages, const Run
         "stable");
   constexpr double kDetermined = 0.5;  // of the prior's standard deviation
   const double prior = stages.prior_sigma;
-  Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-  information.diagonal().array() += 1.0 / (prior * prior);
-  const Eigen::VectorXd deviation = information.inverse().diagonal().cwiseSqrt();
+  const Eigen::VectorXd deviation = LaplaceDeviations(jacobian, prior);
   std::string known, unknown;
   for (int i = 0; i < deviation.size(); ++i) {
     const std::string name = NameFor(ParameterTying::kColumns, i);
@@ -303,6 +308,15 @@ void LogDetermined(const FitProblem& problem, StagedFitOptions stages, const Run
   control.Log("at the start tables, this experiment determines " +
               (known.empty() ? "no column of the tables" : known) +
               (unknown.empty() ? "" : "; from the prior: " + unknown));
+}
+
+// ∂residual/∂(log entries) of a fitted candidate, for intervals, shape [K, 39].
+Eigen::MatrixXd JacobianByEntries(const FitProblem& problem, StagedFitOptions stages,
+                                  FitCandidate fitted) {
+  fitted.base = FittedMaterial(stages, fitted);
+  fitted.theta = Eigen::VectorXd::Zero(kMaterialEntries);
+  stages.parameters = ParameterTying::kEntries;
+  return FitJacobian(ForIntervals(problem), stages, fitted);
 }
 
 // Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
@@ -323,10 +337,11 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   NoteMisfits(report.strips, &report.notes);
   report.measurements = ReportMeasurements(problem, FittedShapes(report, *best), report.material);
   ReportDynamics(spec, problem, report);
-  const Eigen::MatrixXd jacobian = control.cancelled()
-                                       ? Eigen::MatrixXd()
-                                       : FitJacobian(ForIntervals(problem), spec.stages, *best);
-  if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
+  const Eigen::MatrixXd by_entries =
+      control.cancelled() ? Eigen::MatrixXd() : JacobianByEntries(problem, spec.stages, *best);
+  if (by_entries.size() > 0)
+    report.spectrum =
+        ComputeSpectrum(by_entries * TyingMatrix(spec.stages.parameters), spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
   const LinearFabric linear =
       LineariseInDrape(MeanTables(report.material), MakeLaw(spec.law), report.stiffness_weights);
@@ -337,7 +352,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
     report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
                                   problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
   ReportDrapes(spec, problem, FindFittedCloth(input, state), *best, control.cancel, report);
-  EstimateFittedCloth(spec, problem, state, jacobian, report);
+  EstimateFittedCloth(spec, problem, state, by_entries, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

@@ -303,6 +303,21 @@ double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& 
   return std::sqrt(gradient.dot(precision.llt().solve(gradient)));
 }
 
+// The distance of the stiff end of an interval in the logarithm of a stiffness to the power of
+// `degree`, whose deviation is known. What is read follows the compliance: where cloth hardly moves
+// any more, ever stiffer cloth is excluded by the prior alone.
+double FindStiffEnd(double deviation, double prior, double degree) {
+  const double information = 1 / (deviation * deviation) - 1 / (prior * prior);
+  double low = kQuantile90 * deviation, high = std::max(low, kQuantile90 * prior);
+  while (high - low > 1e-6) {
+    const double middle = 0.5 * (low + high), moved = -degree * std::expm1(-middle / degree);
+    const bool is_inside =
+        information * moved * moved + std::pow(middle / prior, 2) < kQuantile90 * kQuantile90;
+    (is_inside ? low : high) = middle;
+  }
+  return high;
+}
+
 // How well the logarithm of a quantity is known at a fitted table, of which `shares` is its
 // gradient by the log entries, shape [39].
 class LaplaceApproximation {
@@ -321,7 +336,6 @@ class LaplaceApproximation {
 
   // Whether a free number changes it at all.
   bool Varies(const Eigen::VectorXd& shares) const {
-    constexpr double kRounding = 1e-6;
     return (tie_.transpose() * shares).norm() > kRounding;
   }
 
@@ -332,16 +346,21 @@ class LaplaceApproximation {
     const bool by_strips = LaplaceDeviation(gradient, strips_, prior_sigma_) < limit;
     const double deviation = LaplaceDeviation(gradient, all_, prior_sigma_);
     const bool by_outlines = !by_strips && has_outlines_;
-    const double factor = std::exp(
-        kQuantile90 * std::hypot(deviation, by_outlines ? degree * model_deviation_ : 0.0));
-    return {.low = 1 / factor,
-            .high = factor,
+    const double model = by_outlines ? kQuantile90 * degree * model_deviation_ : 0.0;
+    const double near = kQuantile90 * deviation;
+    const bool by_experiment = by_outlines && tell_stretching_ && degree > kRounding;
+    const double far = by_experiment ? FindStiffEnd(deviation, prior, degree) : near;
+    const bool is_compliance = shares.sum() < 0.0;
+    return {.low = std::exp(-std::hypot(is_compliance ? far : near, model)),
+            .high = std::exp(std::hypot(is_compliance ? near : far, model)),
             .determined = by_strips || ((is_bending || tell_stretching_) && deviation < limit),
             .by_outlines = by_outlines,
             .left = std::pow(deviation / prior, 2)};
   }
 
  private:
+  static constexpr double kRounding = 1e-6;
+
   Eigen::MatrixXd tie_;
   bool has_outlines_, tell_stretching_;
   Eigen::MatrixXd all_, strips_;

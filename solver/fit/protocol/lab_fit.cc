@@ -181,17 +181,12 @@ bool FindMotionErrors(const FitProblem& problem, bool only_count, const std::ato
   return corrects;
 }
 
-// Scales the rows of FurtherBlocks as ForIntervals does.
-void ScaleForIntervals(const FitProblem& problem, Eigen::MatrixXd& jacobian) {
-  const std::vector<RolloutBlock> own = FurtherBlocks(problem, nullptr),
-                                  scaled = FurtherBlocks(ForIntervals(problem), nullptr);
-  Eigen::Index row = 0;
-  for (std::size_t i = 0; i < own.size() && jacobian.size() > 0; ++i)
-    for (std::size_t k = 0; k < own[i].sights.size(); ++k) {
-      const Eigen::Index rows = own[i].sights[k].data.size();
-      jacobian.middleRows(row, rows) *= own[i].sights[k].sigma / scaled[i].sights[k].sigma;
-      row += rows;
-    }
+// FitSummary::by_entries at what was fitted; no rows where it cannot be computed.
+Eigen::MatrixXd JacobianByEntries(const FitProblem& problem, const std::atomic<bool>* cancel) {
+  const DynamicsParametrisation all({problem.material, ParameterTying::kEntries}, problem.fitted);
+  RolloutResiduals residuals(&all, FurtherBlocks(ForIntervals(problem), cancel), {});
+  residuals.PrepareForEvaluation(true, true);
+  return residuals.has_accepted() ? residuals.accepted().jacobian : Eigen::MatrixXd(0, all.size());
 }
 
 // The models that are fitted one after the other, up to the last.
@@ -237,6 +232,7 @@ class LabFitter {
 
   bool failed() const { return summary_.theta.size() == 0; }
   const std::string& note() const { return note_; }
+  ParameterTying tying() const { return tying_; }  // of summary()
   // The last stage that succeeded, with the seconds and the counts of all.
   FitSummary summary() const {
     FitSummary all = summary_;
@@ -289,6 +285,7 @@ class LabFitter {
       return false;
     }
     summary_ = std::move(summary);
+    tying_ = tying;
     problem_.material = parametrisation.Material(summary_.theta);
     velocity_ = parametrisation.StartVelocity(summary_.theta);
     if (is_first && tying != last_) {
@@ -306,6 +303,7 @@ class LabFitter {
   FitProblem problem_;
   MaterialField base_;  // about which the prior of the next stage is
   FitSummary summary_;
+  ParameterTying tying_{};
   std::string note_;
   double seconds_ = 0.0;
   RolloutCounts counts_;
@@ -339,7 +337,10 @@ FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitPro
   if (IsCancelled(options) && summary.theta.size() > 0)
     summary.termination = FitTermination::kCancelled;
   summary.counts += residuals.counts();
-  ScaleForIntervals(problem, summary.jacobian);
+  if (problem.further.empty() || best.failed()) return summary;
+  summary.by_entries = JacobianByEntries(problem, options.trust_region.cancel);
+  if (summary.by_entries.rows() > 0)
+    summary.jacobian = JacobianByTie(summary.by_entries, TyingMatrix(best.tying()));
   return summary;
 }
 

@@ -150,6 +150,26 @@ TEST_P(ParametrisationTest, FieldsKeepTheirTableForEachElement) {
   EXPECT_TRUE(test::ResistsAllStrains(material));
 }
 
+// What a form lets vary of an entry comes on top of what its number does, in units of the prior.
+TEST(ParametrisationForm, VariesFreeEntriesAlone) {
+  const Eigen::MatrixXd with_form = TieWithForm(TyingMatrix(ParameterTying::kBendRows), 2.0);
+  const Eigen::VectorXd variance = 4.0 * with_form.rowwise().squaredNorm();
+  EXPECT_TRUE(variance.head(kStretchEntries).isZero());
+  EXPECT_TRUE(variance.tail(kBendEntries).isConstant(4.0 + 0.25, 1e-12));
+  const Eigen::MatrixXd entries = TyingMatrix(ParameterTying::kEntries);
+  EXPECT_EQ(TieWithForm(entries, 2.0), entries);
+}
+
+// The Jacobian by a tie keeps the columns of the numbers that are not in the table.
+TEST(ParametrisationForm, KeepsTheNumbersBesideTheTable) {
+  const Eigen::MatrixXd tie = TyingMatrix(ParameterTying::kColumns),
+                        by_entries = Eigen::MatrixXd::Random(4, kMaterialEntries + 2),
+                        by_tie = JacobianByTie(by_entries, tie);
+  ASSERT_EQ(by_tie.cols(), 9);
+  EXPECT_TRUE(by_tie.leftCols(7).isApprox(by_entries.leftCols(kMaterialEntries) * tie));
+  EXPECT_EQ(by_tie.rightCols(2), by_entries.rightCols(2));
+}
+
 TEST(ParametrisationNames, SayWhatIsFree) {
   const MaterialField base = test::TestMaterial();
   EXPECT_EQ(NameFor(ParameterTying::kScales, 0), "stretch");

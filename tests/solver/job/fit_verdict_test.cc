@@ -104,6 +104,32 @@ TEST(JudgeByLaplace, KnowsTheGradientOfAnyQuantity) {
                      Resistance::kBending));
 }
 
+// Readings follow the compliance, so stiff cloth is excluded less than soft cloth; a compliance has
+// the same ends the other way round. A ratio has no such end.
+TEST(JudgeByLaplace, StretchesTheStiffEndOfExperiments) {
+  const double information = 4.0, model = 1.645 * 0.3;
+  WeightedRows rows;
+  rows.jacobian = Eigen::RowVector2d(std::sqrt(information), 0.0);
+  rows.outline_rows = 1;
+  rows.tell_stretching = true;
+  const Judgement judge =
+      JudgeByLaplace(UniformTables(), TyingMatrix(ParameterTying::kScales), rows, 1.0);
+  const auto stiffness = [](const MaterialField& t) { return std::log(t.stretch[0].c[0][0]); };
+  const std::optional<KnownTo> stiff = judge(stiffness, Resistance::kStretching);
+  ASSERT_TRUE(stiff);
+  EXPECT_NEAR(std::log(stiff->low), -std::hypot(1.645 / std::sqrt(1.0 + information), model), 1e-6);
+  const double far = std::sqrt(std::pow(std::log(stiff->high), 2) - model * model);
+  EXPECT_NEAR(information * std::pow(1 - std::exp(-far), 2) + far * far, 1.645 * 1.645, 1e-4);
+  const std::optional<KnownTo> soft =
+      judge([&](const MaterialField& t) { return -stiffness(t); }, Resistance::kStretching);
+  EXPECT_NEAR(soft->low * stiff->high, 1.0, 1e-9);
+  EXPECT_NEAR(soft->high * stiff->low, 1.0, 1e-9);
+  const std::optional<KnownTo> ratio =
+      judge([&](const MaterialField& t) { return stiffness(t) - std::log(t.bend[0].b[0][0]); },
+            Resistance::kStretching);
+  EXPECT_GT(ratio->high, stiff->high);
+}
+
 class FitVerdictTest : public testing::Test {
  protected:
   FitVerdictTest() {
