@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rendered photographs of samples of known fabrics, and how often intervals of their means hold.
-// usage: bench_samples photos FOLDER [seed]
-//            36 photographs, samples.csv and known.csv: 2 fabrics, 3 specimens, 2 faces, 3 repeats
-//        bench_samples coverage N [mean sd stated [known known]]
-//            N such experiments by simulated drapes alone. The coefficient of each picture is off
-//            by an error of that mean and standard deviation, and states another [points]. known:
-//            the fabrics' mean coefficients [%], else simulated.
+// usage: bench_samples known FILE
+//            what is known of the fabrics, over specimens and faces
+//        bench_samples photos FOLDER [seed]
+//            36 photographs, samples.csv and pictures.csv, their coefficients: 2 fabrics, 3
+//            specimens, 2 faces, 3 repeats
+//        bench_samples coverage N [mean sd stated]
+//            N such experiments by simulated drapes alone, of few vertices. The coefficient of each
+//            picture is off by an error of that mean and standard deviation, and states another
+//            [points].
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -36,15 +39,16 @@ namespace {
 constexpr const char* kFabrics[] = {"synthetic_wool", "synthetic_shirt"};
 constexpr const char* kFaces[] = {"up", "down"};
 constexpr int kSpecimens = 3, kRepeats = 3;
-constexpr int kOfMean = 200;             // drapes of each face that the known mean is of
-constexpr double kBendSpread = 0.15;     // of specimens, of the logarithm
-constexpr double kStretchSpread = 0.10;  // the same
-constexpr double kFaceFactor = 0.10;     // of bending, face up against the mean of both
+constexpr int kVertices = 2400, kFew = 400;  // of the discs
+constexpr int kOfMean = 200;                 // drapes of each face that the known mean is of
+constexpr double kBendSpread = 0.15;         // of specimens, of the logarithm
+constexpr double kStretchSpread = 0.10;      // the same
+constexpr double kFaceFactor = 0.10;         // of bending, face up against the mean of both
 
 class Laboratory {
  public:
-  explicit Laboratory(unsigned seed)
-      : model_(std::make_shared<ClothModel>(MakeDisc({.target_vertices = 400}), CusickScene(),
+  Laboratory(unsigned seed, int vertices)
+      : model_(std::make_shared<ClothModel>(MakeDisc({.target_vertices = vertices}), CusickScene(),
                                             MakeLaw("smooth"))),
         backend_(MakeBackend("cpu", model_, std::thread::hardware_concurrency())),
         random_(seed) {}
@@ -154,17 +158,23 @@ std::vector<Hanging> RunExperiment(Laboratory& laboratory) {
   return hangings;
 }
 
-void RenderSamples(const std::string& folder, unsigned seed) {
-  Laboratory laboratory(seed);
-  std::filesystem::create_directories(folder);
-  std::ofstream table(folder + "/samples.csv"), known(folder + "/known.csv");
-  table << "file,fabric,customer,specimen,face,warp,mass,date\n";
-  known << "file,dc_percent,bending_overall_un_m,bending_length_overall_cm\n";
+void WriteKnown(const std::string& file) {
+  Laboratory laboratory(7, kVertices);
+  std::ofstream known(file);
+  known << "fabric,dc_percent,bending_overall_un_m,bending_length_overall_cm\n";
   for (const std::string fabric : kFabrics) {
     const Laboratory::Known of = laboratory.FindKnown(fabric);
     known << fabric << "," << 100 * of.coefficient << "," << of.rigidity << "," << of.length
           << std::endl;
   }
+}
+
+void RenderSamples(const std::string& folder, unsigned seed) {
+  Laboratory laboratory(seed, kVertices);
+  std::filesystem::create_directories(folder);
+  std::ofstream table(folder + "/samples.csv"), pictures(folder + "/pictures.csv");
+  table << "file,fabric,customer,specimen,face,warp,mass,date\n";
+  pictures << "file,dc_percent\n";
   unsigned number = 100 * seed;
   for (const Hanging& each : RunExperiment(laboratory)) {
     const std::string fabric = each.row.of("fabric");
@@ -179,7 +189,7 @@ void RenderSamples(const std::string& folder, unsigned seed) {
             .field.density;
     table << each.row.file << "," << fabric << ",," << each.row.of("specimen") << ","
           << each.row.of("face") << ",unknown," << 1000 * density << ",2026-11-30\n";
-    known << each.row.file << "," << 100 * laboratory.Coefficient(each.x) << ",,\n";
+    pictures << each.row.file << "," << 100 * laboratory.Coefficient(each.x) << "\n";
   }
 }
 
@@ -195,11 +205,11 @@ struct Count {
   }
 };
 
-void CountCoverage(int experiments, double error_mean, double error_sd, double stated,
-                   std::array<double, 2> means_known) {
-  Laboratory laboratory(7);
+void CountCoverage(int experiments, double error_mean, double error_sd, double stated) {
+  Laboratory laboratory(7, kFew);
+  std::array<double, 2> means_known;
   for (int k = 0; k < 2; ++k) {
-    if (means_known[k] == 0) means_known[k] = 100 * laboratory.FindKnown(kFabrics[k]).coefficient;
+    means_known[k] = 100 * laboratory.FindKnown(kFabrics[k]).coefficient;
     std::printf("%s: known mean %.2f %%\n", kFabrics[k], means_known[k]);
   }
   Count means, differences;
@@ -233,14 +243,15 @@ int main(int argc, char** argv) {
   const auto number = [&](int i, double otherwise) {
     return argc > i ? std::atof(argv[i]) : otherwise;
   };
-  if (mode == "photos") {
+  if (mode == "known") {
+    drape::WriteKnown(argv[2]);
+  } else if (mode == "photos") {
     drape::RenderSamples(argv[2], static_cast<unsigned>(number(3, 1)));
   } else if (mode == "coverage") {
-    drape::CountCoverage(std::atoi(argv[2]), number(3, 0), number(4, 0.2), number(5, 0.4),
-                         {number(6, 0), number(7, 0)});
+    drape::CountCoverage(std::atoi(argv[2]), number(3, 0), number(4, 0.2), number(5, 0.4));
   } else {
     std::fputs(
-        "usage: bench_samples photos FOLDER [seed] | coverage N [mean sd stated [known known]]\n",
+        "usage: bench_samples known FILE | photos FOLDER [seed] | coverage N [mean sd stated]\n",
         stderr);
     return 2;
   }

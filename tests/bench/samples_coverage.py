@@ -4,7 +4,7 @@
 
 usage: samples_coverage.py PROGRAMS FOLDER FIRST LAST
 
-PROGRAMS has drapefit and FOLDER gets one folder for each seed from FIRST to LAST, in which what is
+PROGRAMS has drapefit. FOLDER gets known.csv and one folder for each seed from FIRST to LAST; what is
 there is kept. Prints one line for each experiment and fabric, and the counts.
 """
 import collections
@@ -20,18 +20,16 @@ QUANTITIES = ('bending_overall_un_m', 'bending_length_overall_cm')
 def run(programs, folder, seed):
     """The folder of the results of an experiment."""
     photographs, out = folder / f'{seed}', folder / f'{seed}_out'
-    if not (photographs / 'known.csv').exists():
+    if not (photographs / 'samples.csv').exists():
         subprocess.run([programs / 'bench_samples', 'photos', photographs, str(seed)], check=True)
     subprocess.run([programs / 'drapefit', photographs, f'--out={out}'], check=True,
                    stdout=subprocess.DEVNULL)
-    return photographs, out
+    return out
 
 
-def intervals(photographs, out):
+def intervals(known, out):
     """(fabric, quantity, known, low, high) of all that is known of an experiment."""
-    known = {row['file']: row for row in csv.DictReader((photographs / 'known.csv').open())}
     samples = json.loads((out / 'photo/summary.json').read_text())['samples']
-    fabrics = [name for name in known if '.' not in name]
     for group in samples['groups']:
         if not group['specimen'] and not group['face']:
             yield (group['fabric'], 'dc_percent', float(known[group['fabric']]['dc_percent']),
@@ -39,7 +37,7 @@ def intervals(photographs, out):
     for each in samples['differences']:
         difference = float(known[each['a']]['dc_percent']) - float(known[each['b']]['dc_percent'])
         yield f'{each["a"]} - {each["b"]}', 'dc_percent', difference, each['low'], each['high']
-    for fabric in fabrics:
+    for fabric in known:
         summary = json.loads((out / f'fit_{fabric}/summary.json').read_text())
         for row in summary['laboratory']['material']['rows']:
             if row['key'] in QUANTITIES:
@@ -47,13 +45,17 @@ def intervals(photographs, out):
 
 
 def main(programs, folder, first, last):
+    programs, folder = pathlib.Path(programs).resolve(), pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / 'known.csv').exists():
+        subprocess.run([programs / 'bench_samples', 'known', folder / 'known.csv'], check=True)
+    known = {row['fabric']: row for row in csv.DictReader((folder / 'known.csv').open())}
     counts = collections.defaultdict(list)
     for seed in range(int(first), int(last) + 1):
-        for fabric, key, known, low, high in intervals(*run(pathlib.Path(programs),
-                                                            pathlib.Path(folder), seed)):
-            holds = (low is None or low <= known) and (high is None or known <= high)
+        for fabric, key, value, low, high in intervals(known, run(programs, folder, seed)):
+            holds = (low is None or low <= value) and (high is None or value <= high)
             counts[key, ' - ' in fabric].append(holds)
-            print(f'{seed} {fabric}: {key} {known:.2f} {"in" if holds else "not in"} {low} … {high}',
+            print(f'{seed} {fabric}: {key} {value:.2f} {"in" if holds else "not in"} {low} … {high}',
                   flush=True)
     for (key, is_difference), held in counts.items():
         print(f'{"difference of " * is_difference}{key}: {sum(held)} of {len(held)}')
