@@ -55,12 +55,12 @@ Ground FitGround(const cv::Mat3f& lab, const cv::Mat1b& border) {
         for (int c = 0; c < 3; ++c) channel[c].push_back(colors.back()[c]);
       }
   Ground ground;
-  for (int c = 0; c < 3; ++c) ground.coefficients(0, c) = Median(channel[c]);
+  for (int c = 0; c < 3; ++c) ground.coefficients(0, c) = Quantile(channel[c]);
   for (int round = 0; round < kRounds; ++round) {
     std::vector<float> errors;
     for (size_t i = 0; i < places.size(); ++i)
       errors.push_back(static_cast<float>(cv::norm(cv::Vec3d(colors[i]) - ground.At(places[i]))));
-    ground.noise = std::max(0.3, kNoiseOfFactor / std::sqrt(3.0) * Median(errors));
+    ground.noise = std::max(0.3, kNoiseOfFactor / std::sqrt(3.0) * Quantile(errors));
     if (round + 1 == kRounds) break;
     const double reach = kReach * std::sqrt(3.0) * ground.noise;
     cv::Matx<double, 6, 6> normal = cv::Matx<double, 6, 6>::eye() * 1e-6;
@@ -170,9 +170,9 @@ ClassMoments ComputeMoments(const cv::Mat3f& rest, const cv::Mat1b& mask, uint8_
 // The distance from the ground's colour, `rest` being the colours less it.
 Feature DistanceFeature(const cv::Mat3f& rest) {
   cv::Mat1f distance(rest.size());
-  for (int row = 0; row < rest.rows; ++row)
-    for (int col = 0; col < rest.cols; ++col)
-      distance(row, col) = static_cast<float>(std::min(cv::norm(rest(row, col)), 100.0));
+  std::transform(rest.begin(), rest.end(), distance.begin(), [](const cv::Vec3f& color) {
+    return static_cast<float>(std::min(cv::norm(color), 100.0));
+  });
   return WithOtsuThreshold(distance);
 }
 
@@ -190,9 +190,9 @@ Feature ShadowedFeature(const PhotoPlanes& planes, const cv::Mat3f& rest, const 
   for (int i = 0; i <= kSamples; ++i) {  // the last one is the ground itself
     const double t = i == kSamples ? 1.0 : kDarkest + (kLightest - kDarkest) * i / (kSamples - 1);
     for (int c = 0; c < 3; ++c)
-      curve(0, i)[c] = static_cast<float>(std::min(1.0, t * Median(channel[c])));
+      curve(0, i)[c] = static_cast<float>(LightFromStored(std::min(1.0, t * Quantile(channel[c]))));
   }
-  cv::cvtColor(curve, curve, cv::COLOR_RGB2Lab);
+  curve = LabOfLight(curve);
   for (int i = 0; i < kSamples; ++i) curve(0, i) -= curve(0, kSamples);
   cv::Mat1f distance(rest.size());
   for (int row = 0; row < rest.rows; ++row)
@@ -218,10 +218,8 @@ Feature DiscriminantFeature(const cv::Mat3f& rest, cv::Mat1b mask) {
                        ground = ComputeMoments(rest, mask, 0);
     const cv::Matx33d within = cloth.covariance + ground.covariance + cv::Matx33d::eye();
     const cv::Vec3d w = within.inv(cv::DECOMP_CHOLESKY) * (cloth.mean - ground.mean);
-    cv::Mat1f value(rest.size());
-    for (int row = 0; row < rest.rows; ++row)
-      for (int col = 0; col < rest.cols; ++col)
-        value(row, col) = static_cast<float>(w.dot(cv::Vec3d(rest(row, col))));
+    cv::Mat1f value;
+    cv::transform(rest, value, w.t());
     const Feature feature = WithOtsuThreshold(value);
     if (feature.separation > best.separation) best = feature;
     mask = feature.Mask();
@@ -250,9 +248,9 @@ void ApplyPoints(const std::vector<int>& points, double scale, uint8_t value, co
 
 // GrabCut from the mask, on a small copy of the picture.
 cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const ClothHints& hints) {
-  constexpr double kSide = 500;
+  constexpr double kSide = 350;
   constexpr int kRounds = 4;         // at most,
-  constexpr double kSettled = 1e-4;  // until so few pixels change
+  constexpr double kSettled = 1e-3;  // until so few pixels change
   const double shrink = std::min(1.0, kSide / std::max(mask.rows, mask.cols));
   cv::Mat3b small;
   cv::Mat1b small_mask;
@@ -272,10 +270,10 @@ cv::Mat1b GrabCut(const PhotoPlanes& planes, const cv::Mat1b& mask, const ClothH
                 round == 0 ? cv::GC_INIT_WITH_MASK : cv::GC_EVAL);
     if (cv::countNonZero(before != labels) <= kSettled * double(labels.total())) break;
   }
-  const cv::Mat1b found = (labels & 1);
-  cv::Mat1b large;
-  cv::resize(found, large, mask.size(), 0, 0, cv::INTER_NEAREST);
-  return large;
+  cv::Mat1b changed;
+  cv::resize((labels & 1) != small_mask, changed, mask.size(), 0, 0, cv::INTER_NEAREST);
+  cv::bitwise_xor(mask, changed / 255, changed);  // elsewhere the outline stays fine
+  return changed;
 }
 
 // The hull of all parts of a mask that are not small beside the largest: a disc of the
@@ -293,12 +291,18 @@ cv::Mat1b HullOfPieces(cv::Mat1b mask) {
   return FilledHull(pieces);
 }
 
-// The outline of the cloth by all features, and the disc inside it.
-ChosenOutline FindOutline(const PhotoPlanes& planes, const cv::Mat1b& border, const Ground& ground,
-                          cv::Mat1b* disc) {
+// The outline of the cloth by all features, and the disc inside it: in a smaller picture, since the
+// outline moves to its place in RefineCloth.
+ChosenOutline FindOutline(const PhotoPlanes& whole, const Ground& ground, cv::Mat1b* disc) {
   constexpr double kLeast = 2.0, kOfNoise = 3.0;  // [Lab units]
+  constexpr double kSide = 1000;                  // [px]
+  const cv::Size size = whole.lab.size();
+  const double shrink = std::min(1.0, kSide / std::max(size.width, size.height));
+  PhotoPlanes planes;
+  cv::resize(whole.rgb, planes.rgb, {}, shrink, shrink, cv::INTER_AREA);
+  cv::resize(whole.lab, planes.lab, {}, shrink, shrink, cv::INTER_AREA);
   const cv::Mat3f rest = WithoutGround(planes.lab, ground);
-  auto second = std::async([&] { return ShadowedFeature(planes, rest, border); });
+  auto second = std::async([&] { return ShadowedFeature(planes, rest, BorderMask(rest.size())); });
   Feature distance = DistanceFeature(rest);
   const Feature discriminant = DiscriminantFeature(rest, distance.Mask());
   Feature shadowed = second.get();
@@ -310,44 +314,38 @@ ChosenOutline FindOutline(const PhotoPlanes& planes, const cv::Mat1b& border, co
       cv::ellipse(*disc, rim->ellipse, 1, cv::FILLED);
       break;
     }
-  return ChooseOutline(planes.lab, {distance, shadowed, discriminant}, shadowed.value, *disc,
-                       ground.noise);
+  ChosenOutline chosen = ChooseOutline(planes.lab, {distance, shadowed, discriminant},
+                                       shadowed.value, *disc, ground.noise);
+  cv::resize(*disc, *disc, size, 0, 0, cv::INTER_NEAREST);
+  cv::resize(chosen.feature.value, chosen.feature.value, size);
+  return chosen;
 }
 
 // Paints the ground over a dark frame, which lies around a lit field, and returns the ground.
 Ground PaintFrameOver(const cv::Mat1b& lit, PhotoPlanes* planes) {
   constexpr double kMargin = 0.02, kBand = 0.03;  // of the field's side
-  cv::Mat1b field = cv::Mat1b::zeros(lit.size());
-  cv::drawContours(field, std::vector<std::vector<cv::Point>>{LongestOutline(lit)}, 0, 1,
-                   cv::FILLED);
+  const cv::Mat1b field = LargestFilled(lit);
   const double side = std::sqrt(double(cv::countNonZero(field)));
   cv::Mat1f inside;
   cv::distanceTransform(field, inside, cv::DIST_L2, cv::DIST_MASK_5);
   const cv::Mat1b kept = (inside > kMargin * side) / 255;
   const Ground ground = FitGround(planes->lab, kept & (inside < (kMargin + kBand) * side) / 255);
-  planes->rgb = planes->rgb.clone();
-  planes->light = planes->light.clone();
-  planes->luma = planes->luma.clone();
-  planes->lab = planes->lab.clone();
-  for (int row = 0; row < lit.rows; ++row)
-    for (int col = 0; col < lit.cols; ++col)
-      if (!kept(row, col))
-        planes->lab(row, col) = cv::Vec3f(ground.At(MonomialsAt(col, row, lit.size())));
-  cv::Mat3f light;
-  cv::cvtColor(planes->lab, light, cv::COLOR_Lab2LRGB);
+  const cv::Mat3f painted = planes->lab - WithoutGround(planes->lab, ground);
   const cv::Mat1b frame = 1 - kept;
-  light.copyTo(planes->light, frame);
-  for (int row = 0; row < lit.rows; ++row)
-    for (int col = 0; col < lit.cols; ++col)
-      if (frame(row, col)) {
-        Eigen::Vector3f value;
-        for (int c = 0; c < 3; ++c) {
-          value[c] =
-              static_cast<float>(StoredFromLight(std::clamp(light(row, col)[c], 0.0f, 1.0f)));
-          planes->rgb(row, col)[c] = cv::saturate_cast<uint8_t>(255 * value[c]);
-        }
-        planes->luma(row, col) = LumaLight(value);
-      }
+  cv::Mat3f light, stored;
+  cv::cvtColor(painted, light, cv::COLOR_Lab2LRGB);
+  cv::cvtColor(painted, stored, cv::COLOR_Lab2RGB);
+  cv::Mat1f luma(lit.size());
+  std::transform(stored.begin(), stored.end(), luma.begin(),
+                 [](const cv::Vec3f& color) { return LumaLight(Eigen::Vector3f(color.val)); });
+  const auto paint = [&](const auto& color, auto* plane) {
+    *plane = plane->clone();
+    color.copyTo(*plane, frame);
+  };
+  paint(painted, &planes->lab);
+  paint(light, &planes->light);
+  paint(luma, &planes->luma);
+  paint(cv::Mat3b(255 * stored), &planes->rgb);
   return ground;
 }
 
@@ -358,10 +356,8 @@ cv::Mat1b ReadMask(const std::string& path, const PhotoPlanes& planes) {
     throw InputError(path,
                      Format("mask is %dx%d px, expected the photograph's %dx%d", picture.width,
                             picture.height, planes.size.width, planes.size.height));
-  const cv::Mat1f coverage(picture.height, picture.width,
-                           const_cast<float*>(picture.coverage.data()));
   cv::Mat1f resized;
-  cv::resize(coverage, resized, planes.rgb.size(), 0, 0, cv::INTER_AREA);
+  cv::resize(CoveragePlane(picture), resized, planes.rgb.size(), 0, 0, cv::INTER_AREA);
   cv::Mat1b mask = (resized > 0.5f) / 255;
   if (const double share = cv::mean(mask)[0]; share == 0 || share == 1)
     throw InputError(path, "mask is of one colour, expected black where the cloth is, and white");
@@ -440,12 +436,12 @@ RoughCloth FindCloth(const ClothHints& hints, PhotoPlanes* planes) {
                          Format("the ground is uneven: its colour varies by %.0f Lab units along "
                                 "the edge of the picture, expected at most %.0f",
                                 ground.noise, kUneven)};
-    ChosenOutline chosen = FindOutline(*planes, border, ground, &disc);
+    ChosenOutline chosen = FindOutline(*planes, ground, &disc);
     if (chosen.is_frame && !hints.has_points()) {
       rough.notes.emplace_back("a frame around the ground is left out");
       rough.has_frame = true;
       ground = PaintFrameOver(chosen.feature.Mask(), planes);
-      chosen = FindOutline(*planes, border, ground, &disc);
+      chosen = FindOutline(*planes, ground, &disc);
     }
     if (chosen.has_shadow) rough.notes.emplace_back("a shadow beside the cloth is left out");
     if (chosen.may_lack_shade)

@@ -27,16 +27,10 @@ struct Candidate {
   std::vector<float> changes = {};  // EdgeChanges
   bool touches_border = false;
   double share = 0.0;     // of the outline, where it is an edge
-  double strength = 0.0;  // Weakest
+  double strength = 0.0;  // what nine tenths of its changes exceed
 };
 
-// The change that nine tenths of the changes exceed.
-double Weakest(std::vector<float> changes) {
-  if (changes.empty()) return 0.0;
-  const auto tenth = changes.begin() + static_cast<long>(changes.size() / 10);
-  std::nth_element(changes.begin(), tenth, changes.end());
-  return *tenth;
-}
+constexpr double kWeakest = 0.1;  // share of the changes that are left aside
 
 double LeastChange(double noise) { return std::max(kLeastChange, kChangeOfNoise * noise); }
 
@@ -95,17 +89,14 @@ bool IsShadow(const Candidate& outer, const Candidate& inner, const cv::Mat1f& u
   const cv::Point2f middle(Middle(outer.outline));
   if (cv::pointPolygonTest(inner.outline, middle, true) < kAround * std::sqrt(outer.area / M_PI))
     return false;
-  cv::Mat1b between, core;
-  cv::dilate(inner.mask, between, RoundElement(2));
-  cv::erode(outer.mask, core, RoundElement(2));
-  core = core & (1 - between);
+  const cv::Mat1b core = Eroded(outer.mask, 2) & (1 - Dilated(inner.mask, 2));
   std::vector<float> apart;
   for (int row = 0; row < core.rows; ++row)
     for (int col = 0; col < core.cols; ++col)
       if (core(row, col)) apart.push_back(unshadowed(row, col));
-  if (apart.empty() || Median(apart) > std::max(kOnCurve, 3 * noise)) return false;
+  if (apart.empty() || Quantile(apart) > std::max(kOnCurve, 3 * noise)) return false;
   const Contact contact = FindContact(inner, outer);
-  return Weakest(contact.changes) >= kClear * LeastChange(noise) &&
+  return Quantile(contact.changes, kWeakest) >= kClear * LeastChange(noise) &&
          (contact.share > kMostContact ||
           (contact.share > kLeastContact && contact.sided > kSided &&
            Unroundness(inner.outline) > kRound));
@@ -125,22 +116,22 @@ bool IsFrame(const Candidate& candidate, const cv::Mat3f& lab) {
   const bool is_cut =
       candidate.touches_border && polygon.size() <= kCorners && cv::isContourConvex(polygon);
   if (candidate.area < least * box.size.area() && !is_cut) return false;
-  cv::Mat1b wider, narrower;
-  cv::dilate(candidate.mask, wider, RoundElement(6));
-  cv::erode(candidate.mask, narrower, RoundElement(6));
+  const cv::Mat1b wider = Dilated(candidate.mask, 6), narrower = Eroded(candidate.mask, 6);
   return cv::mean(lab, candidate.mask & (1 - narrower))[0] >
          cv::mean(lab, wider & (1 - candidate.mask))[0] + kBrighter;
 }
 
+// The distances of an outline from its middle.
+std::vector<double> ListRadii(const std::vector<cv::Point>& outline) {
+  const cv::Point2d middle = Middle(outline);
+  std::vector<double> radii;
+  for (const cv::Point& p : outline) radii.push_back(cv::norm(cv::Point2d(p) - middle));
+  return radii;
+}
+
 // The farthest point of an outline from its middle, to the nearest one.
 double Elongation(const std::vector<cv::Point>& outline) {
-  const cv::Point2d middle = Middle(outline);
-  double least = HUGE_VAL, most = 0;
-  for (const cv::Point& p : outline) {
-    const double r = cv::norm(cv::Point2d(p) - middle);
-    least = std::min(least, r);
-    most = std::max(most, r);
-  }
+  const auto [least, most] = std::ranges::minmax(ListRadii(outline));
   return most / std::max(least, 1.0);
 }
 
@@ -165,7 +156,7 @@ std::vector<Candidate> ListCandidates(const cv::Mat3f& lab, const std::vector<Fe
       candidate.touches_border = !TouchedSides(part.box, mask.size()).empty();
       candidate.changes = EdgeChanges(lab, candidate.outline, kReach);
       candidate.share = ShareOfEdge(candidate.changes, LeastChange(noise));
-      candidate.strength = Weakest(candidate.changes);
+      candidate.strength = Quantile(candidate.changes, kWeakest);
       candidates.push_back(std::move(candidate));
     }
   return candidates;
@@ -219,15 +210,9 @@ double ShareOfEdge(const std::vector<float>& changes, double least) {
 }
 
 double Unroundness(const std::vector<cv::Point>& outline) {
-  const cv::Point2d middle = Middle(outline);
-  double sum = 0, squares = 0;
-  for (const cv::Point& p : outline) {
-    const double r = std::hypot(p.x - middle.x, p.y - middle.y);
-    sum += r;
-    squares += r * r;
-  }
-  const double mean = sum / double(outline.size());
-  return std::sqrt(std::max(squares / double(outline.size()) - mean * mean, 0.0)) / mean;
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(ListRadii(outline), mean, deviation);
+  return deviation[0] / mean[0];
 }
 
 bool IsRoundHole(const cv::Mat1b& hole, const cv::Mat1b& filled_cloth) {

@@ -32,12 +32,8 @@ struct Circle {
   double radius = 0.0;
 };
 
-struct ClothSize {
-  Vector2d middle;
-  double radius = 0.0;  // mean [px]
-};
-
-ClothSize MeasureSize(const cv::Mat1b& cloth) {
+// The circle of a mask's middle and area.
+Circle MeasureSize(const cv::Mat1b& cloth) {
   const cv::Moments m = cv::moments(cloth, true);
   return {{m.m10 / m.m00, m.m01 / m.m00}, std::sqrt(m.m00 / M_PI)};
 }
@@ -51,7 +47,7 @@ cv::Vec3f Sample(const cv::Mat3f& lab, const Vector2d& p) {
 
 // The strongest changes of colour along one ray: maxima of the norm of its derivative, by
 // differences of the means over kReach steps on either side.
-void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const ClothSize& size, int ray,
+void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const Circle& size, int ray,
                   std::vector<Edge>* edges) {
   constexpr int kReach = 6, kMostEdges = 6;
   constexpr double kInner = 0.45, kLeastStrength = 1.5;
@@ -117,9 +113,9 @@ double Support(const std::vector<Edge>& edges, const Circle& circle, double tole
   return sum + of_ray;
 }
 
-Circle BestCircle(const std::vector<Edge>& edges, const ClothSize& size) {
+Circle BestCircle(const std::vector<Edge>& edges, const Circle& size) {
   constexpr int kTrials = 4000;
-  constexpr double kTolerance = 0.035, kOffset = 0.35, kLeast = 0.5, kMost = 1.06;
+  constexpr double kTolerance = 0.028, kOffset = 0.35, kLeast = 0.5, kMost = 1.06;
   std::mt19937 random(11);
   std::uniform_int_distribution<size_t> pick(0, edges.size() - 1);
   Circle best;
@@ -257,7 +253,7 @@ Steps FindSteps(const std::vector<Ray>& rays, double reach, double sigma) {
     steps.of_ray.push_back(finder.Find(ray.samples));
     misfits.push_back(steps.of_ray.back().misfit);
   }
-  steps.misfit = Median(misfits);
+  steps.misfit = Quantile(misfits);
   return steps;
 }
 
@@ -275,7 +271,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   constexpr size_t kLeastPoints = 30;
   constexpr double kTolerances[] = {0.04, 0.015, 0.008, 0.005};  // of the radius
   if (cv::countNonZero(cloth) == 0) return std::nullopt;
-  const ClothSize size = MeasureSize(cloth);
+  const Circle size = MeasureSize(cloth);
   std::vector<Edge> edges;
   for (int ray = 0; ray < kRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
   if (edges.size() < kLeastPoints) return std::nullopt;
@@ -345,7 +341,7 @@ RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse, bool 
     best = steps;
     rim.blur = blur;
   }
-  const double contrast = Median(contrasts);
+  const double contrast = Quantile(contrasts);
   for (size_t i = 0; i < rays.size(); ++i) {
     const StepFinder::Step& step = best.of_ray[i];
     if (step.at_limit || step.misfit > kMostMisfit * best.misfit ||

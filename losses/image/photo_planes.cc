@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -22,6 +23,23 @@ constexpr double kSmoothing = 0.7;     // [px]
 
 double LightFromStored(double stored) {
   return stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
+}
+
+cv::Mat3f LabOfLight(const cv::Mat3f& light) {
+  constexpr float kLinear = 0.008856f;  // up to which the root is a line
+  const cv::Matx33f xyz(0.412453f / 0.950456f, 0.357580f / 0.950456f, 0.180423f / 0.950456f,  //
+                        0.212671f, 0.715160f, 0.072169f,                                      //
+                        0.019334f / 1.088754f, 0.119193f / 1.088754f, 0.950227f / 1.088754f);
+  const cv::Matx34f lab(0, 116, 0, -16, 500, -500, 0, 0, 0, 200, -200, 0);
+  cv::Mat3f root;
+  cv::transform(light, root, xyz);
+  for (float* t = root.ptr<float>(); t != root.ptr<float>() + 3 * root.total(); ++t) {
+    auto y = std::bit_cast<float>(std::bit_cast<uint32_t>(std::max(*t, kLinear)) / 3 + 709921077u);
+    for (int round = 0; round < 2; ++round) y = (2 * y + *t / (y * y)) / 3;
+    *t = *t > kLinear ? y : 7.787f * *t + 16 / 116.0f;
+  }
+  cv::transform(root, root, lab);
+  return root;
 }
 
 double StoredFromLight(double light) {
@@ -149,7 +167,7 @@ PhotoPlanes MakePlanes(const RgbImage& image) {
   cv::Mat1b luma;
   cv::cvtColor(photo, luma, cv::COLOR_RGB2GRAY);
   reduce(luma, &planes.luma);
-  cv::cvtColor(planes.light, planes.lab, cv::COLOR_LRGB2Lab);
+  planes.lab = LabOfLight(planes.light);
   return planes;
 }
 
@@ -163,13 +181,12 @@ void CheckExposure(const PhotoPlanes& planes) {
   std::vector<float> lightness;
   for (int row = 0; row < planes.lab.rows; row += 4)
     for (int col = 0; col < planes.lab.cols; col += 4) lightness.push_back(planes.lab(row, col)[0]);
-  const auto high = lightness.begin() + static_cast<long>(0.999 * double(lightness.size()));
-  std::nth_element(lightness.begin(), high, lightness.end());
-  if (*high < kDarkest)
+  const float high = Quantile(lightness, 0.999);
+  if (high < kDarkest)
     throw PhotoFailure{PhotoFault::kDark,
                        Format("the photograph is too dark: its lightest parts have a lightness of "
                               "%.0f %%, expected at least %.0f",
-                              *high, kDarkest)};
+                              high, kDarkest)};
   cv::Scalar mean, deviation;
   cv::meanStdDev(planes.lab, mean, deviation);
   if (cv::norm(deviation) < kOneColor)
@@ -183,11 +200,12 @@ void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   constexpr double kMostInside = 0.03;
   cv::Mat1b white;
   cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), white);
-  // Back light, or a white ground.
-  if (cv::mean(white, BorderMask(white.size()))[0] / 255 > kMostOfGround) return;
-  cv::Mat1b inner;
   const double side = std::sqrt(double(cv::countNonZero(cloth)));
-  cv::erode(cloth, inner, RoundElement(static_cast<int>(kReach * side)));
+  // Back light or a white ground, or hardly any white.
+  if (cv::mean(white, BorderMask(white.size()))[0] / 255 > kMostOfGround ||
+      cv::countNonZero(white) <= kMostOfCloth * side * side)
+    return;
+  const cv::Mat1b inner = Eroded(cloth, static_cast<int>(kReach * side));
   const cv::Mat1b hull = FilledHull(cloth) * 255, glare = white & hull;
   const double share = cv::countNonZero(glare) / (side * side);
   if (share <= kMostInside &&
@@ -201,8 +219,10 @@ void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
 }
 
 cv::Mat1b FilledHull(const cv::Mat1b& mask) {
+  std::vector<std::vector<cv::Point>> outlines;
   std::vector<cv::Point> places, hull;
-  cv::findNonZero(mask, places);
+  cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  for (const auto& outline : outlines) places.insert(places.end(), outline.begin(), outline.end());
   cv::Mat1b inside = cv::Mat1b::zeros(mask.size());
   if (places.empty()) return inside;
   cv::convexHull(places, hull);
@@ -227,6 +247,25 @@ cv::Mat1b BorderMask(cv::Size size) {
 
 cv::Mat1b RoundElement(int radius) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
+}
+
+cv::Mat1b Eroded(const cv::Mat1b& mask, int radius) {
+  cv::Mat1b eroded;
+  cv::erode(mask, eroded, RoundElement(radius));
+  return eroded;
+}
+cv::Mat1b Dilated(const cv::Mat1b& mask, int radius) {
+  cv::Mat1b dilated;
+  cv::dilate(mask, dilated, RoundElement(radius));
+  return dilated;
+}
+
+cv::Mat1b LargestFilled(const cv::Mat1b& mask) {
+  cv::Mat1b filled = cv::Mat1b::zeros(mask.size());
+  const std::vector<cv::Point> outline = LongestOutline(mask);
+  if (!outline.empty())
+    cv::drawContours(filled, std::vector<std::vector<cv::Point>>{outline}, 0, 1, cv::FILLED);
+  return filled;
 }
 
 }  // namespace drape

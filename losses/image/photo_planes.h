@@ -20,18 +20,26 @@
 
 namespace drape {
 
-// The upper median; 0 of no values.
+// The value below which this share of all lies, the upper median by default; 0 of no values.
 template <typename T>
-T Median(std::vector<T> values) {
+T Quantile(std::vector<T> values, double share = 0.5) {
   if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  const auto place = values.begin() + static_cast<long>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+// The coverage of an image, in its memory.
+inline cv::Mat1f CoveragePlane(const GrayImage& image) {
+  return {image.height, image.width, const_cast<float*>(image.coverage.data())};
 }
 
 // Between linear light and the values that a file stores of it, both 0 … 1 (IEC 61966-2-1, sRGB).
 double LightFromStored(double stored);
 double StoredFromLight(double light);
+
+// CIE Lab, as COLOR_LRGB2Lab of OpenCV, which first fills tables for as long as this takes in all.
+cv::Mat3f LabOfLight(const cv::Mat3f& light);
 
 // The light of each stored byte.
 const std::array<float, 256>& LightOfStored();
@@ -105,13 +113,16 @@ void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth);
 // The pixels along the border of a picture.
 cv::Mat1b BorderMask(cv::Size size);
 
-// A round structuring element.
+// A round structuring element, and what it makes of a mask.
 cv::Mat1b RoundElement(int radius);
+cv::Mat1b Eroded(const cv::Mat1b& mask, int radius);
+cv::Mat1b Dilated(const cv::Mat1b& mask, int radius);
 
 // The convex hull of a mask.
 cv::Mat1b FilledHull(const cv::Mat1b& mask);
 
 // The longest closed outline of a mask.
 std::vector<cv::Point> LongestOutline(const cv::Mat1b& mask);
+cv::Mat1b LargestFilled(const cv::Mat1b& mask);
 
 }  // namespace drape

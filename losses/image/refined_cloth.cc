@@ -19,17 +19,6 @@ constexpr int kStrip = 8;               // [px] from the disc, where the cloth m
 constexpr double kLeastContrast = 5.0;  // [Lab units]
 constexpr double kContrastOfNoise = 2.5;  // standard deviations of the ground
 
-cv::Mat1b Eroded(const cv::Mat1b& mask, int radius) {
-  cv::Mat1b eroded;
-  cv::erode(mask, eroded, RoundElement(radius));
-  return eroded;
-}
-cv::Mat1b Dilated(const cv::Mat1b& mask, int radius) {
-  cv::Mat1b dilated;
-  cv::dilate(mask, dilated, RoundElement(radius));
-  return dilated;
-}
-
 int WindowSide(const cv::Mat& picture) {
   return 2 * static_cast<int>(kWindowShare * std::max(picture.rows, picture.cols) / 2) + 1;
 }
@@ -152,8 +141,8 @@ Position Locate(const cv::Mat3f& colors, const Sides& sides) {
 // The same by the nearest of the colours that either side has in the neighbourhood, for a print, of
 // which a part is more like the ground than like its mean, and for a ruled ground.
 Position LocateInPattern(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
-  constexpr int kReach = 21, kStride = 3;  // [px]
-  constexpr size_t kOneOf = 16;            // the nearest share 1/kOneOf may be mixed
+  constexpr int kReach = 21, kStride = 3;   // [px]
+  constexpr double kMixedShare = 1 / 16.0;  // of the nearest
   const cv::Mat1b cloth = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
   const cv::Mat1b side = (1 - Dilated(mask, kApart)) + 2 * cloth;
   const cv::Mat1b band = Dilated(mask, kBand) - Eroded(mask, kBand);
@@ -166,14 +155,9 @@ Position LocateInPattern(const cv::Mat3f& colors, const cv::Mat1b& mask, const c
         for (int c = std::max(col - kReach, 0); c < std::min(col + kReach, mask.cols); c += kStride)
           apart[side(r, c)].push_back(float(cv::norm(colors(r, c) - colors(row, col))));
       if (apart[1].empty() || apart[2].empty()) continue;
-      float nearest[3] = {};
-      for (const int i : {1, 2}) {
-        const auto one = apart[i].begin() + long(apart[i].size() / kOneOf);
-        std::nth_element(apart[i].begin(), one, apart[i].end());
-        nearest[i] = *one;
-      }
-      position.contrast(row, col) = nearest[1] + nearest[2];
-      position.share(row, col) = nearest[1] / std::max(position.contrast(row, col), 1e-6f);
+      const float ground = Quantile(apart[1], kMixedShare);
+      position.contrast(row, col) = ground + Quantile(apart[2], kMixedShare);
+      position.share(row, col) = ground / std::max(position.contrast(row, col), 1e-6f);
     }
   return position;
 }
@@ -196,14 +180,6 @@ bool HasPattern(const PhotoPlanes& planes, const cv::Mat1b& mask, const cv::Mat1
          cv::mean(most > 0.5f, outer)[0] > 255 * kMost;
 }
 
-cv::Mat1b LargestFilled(const cv::Mat1b& mask) {
-  cv::Mat1b filled = cv::Mat1b::zeros(mask.size());
-  const std::vector<cv::Point> outline = LongestOutline(mask);
-  if (!outline.empty())
-    cv::drawContours(filled, std::vector<std::vector<cv::Point>>{outline}, 0, 1, cv::FILLED);
-  return filled;
-}
-
 // Around the disc its colour is mixed with the cloth's, which may look like the ground: no
 // gap is left there between disc and cloth.
 cv::Mat1b ClosedAroundDisc(const cv::Mat1b& mask, const cv::Mat1b& disc) {
@@ -223,9 +199,7 @@ double MeasureBlur(const cv::Mat1f& share, const std::vector<cv::Point>& outline
     const float steepness = std::max(std::hypot(dx(p), dy(p)), 1e-3f);
     widths.push_back(static_cast<float>(1 / (steepness * std::sqrt(2 * M_PI))));
   }
-  const auto high = widths.begin() + static_cast<long>(0.6 * double(widths.size()));
-  std::nth_element(widths.begin(), high, widths.end());
-  return *high;
+  return Quantile(widths, 0.6);
 }
 
 void CheckContrast(const RefinedCloth& cloth, double least, const std::vector<cv::Point>& weak) {
@@ -270,7 +244,7 @@ std::vector<cv::Point> MeasureOutline(const cv::Mat1f& contrast, const cv::Mat1b
     if (contrasts.back() < least) weak.push_back(p);
   }
   cloth->mixed_sd = std::hypot(kMixedSd * at_disc, has_pattern ? kPatternSd : 0.0);
-  cloth->contrast = Median(contrasts);
+  cloth->contrast = Quantile(contrasts);
   cloth->weak = double(weak.size()) / double(outline.size());
   CheckContrast(*cloth, least, weak);
   return clear.empty() ? outline : clear;
@@ -296,9 +270,11 @@ RefinedCloth RefinePart(const PhotoPlanes& planes, const RoughCloth& rough, cons
     if (has_pattern) cv::GaussianBlur(majority, majority, {}, 2.0);
     moved = (majority > 0.5f) / 255;
     cv::morphologyEx(moved, moved, cv::MORPH_OPEN, RoundElement(rough.has_lines() ? 3 : 1));
-    cloth.mask = LargestFilled(ClosedAroundDisc(moved | disc, disc));
+    moved = LargestFilled(ClosedAroundDisc(moved | disc, disc));
+    std::swap(moved, cloth.mask);
+    return cv::countNonZero(moved != cloth.mask) > 0;
   };
-  for (int round = 0; round < kRounds; ++round) move(planes.lab, kBand);
+  for (int round = 0; round < kRounds && move(planes.lab, kBand);) ++round;
   const Position position = locate(planes.lab);
   const cv::Mat3f disc_light = LocalMean(planes.light, Eroded(disc, kApart), window).color;
   if (has_pattern) {

@@ -4,7 +4,6 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -30,26 +29,15 @@ struct TwoLevels {
 
 // The means of the classes that Otsu's threshold separates [Otsu 1979].
 TwoLevels FindLevels(const GrayImage& image) {
-  std::array<double, kLevels> count = {};
-  for (const float c : image.coverage) ++count[std::lround(c * (kLevels - 1))];
-  double total = 0, sum = 0;
-  for (int level = 0; level < kLevels; ++level) {
-    total += count[level];
-    sum += count[level] * level;
-  }
-  TwoLevels best{sum / total / (kLevels - 1), sum / total / (kLevels - 1)};
-  double largest = 0, below = 0, sum_below = 0;
-  for (int level = 0; level + 1 < kLevels; ++level) {
-    below += count[level];
-    sum_below += count[level] * level;
-    if (below == 0 || below == total) continue;
-    const double low = sum_below / below, high = (sum - sum_below) / (total - below);
-    const double between = below * (total - below) * (high - low) * (high - low);
-    if (between <= largest) continue;
-    largest = between;
-    best = {low / (kLevels - 1), high / (kLevels - 1)};
-  }
-  return best;
+  cv::Mat1b levels, high;
+  CoveragePlane(image).convertTo(levels, CV_8U, kLevels - 1);
+  cv::threshold(levels, high, 0, 1, cv::THRESH_OTSU);
+  const auto mean = [&](const cv::Mat1b& mask) {
+    return cv::mean(levels, mask)[0] / (kLevels - 1);
+  };
+  const int count = cv::countNonZero(high);
+  if (count == 0 || count == int(high.total())) return {mean({}), mean({})};
+  return {mean(1 - high), mean(high)};
 }
 
 std::string At(const PicturePart& part) {
@@ -140,27 +128,18 @@ std::vector<PicturePart> FillClothHoles(const std::string& where, cv::Mat1b* mas
   return holes;
 }
 
-// Whether all pixels within kEdgeReach of a pixel have its value.
-bool IsAwayFromEdge(const cv::Mat1b& mask, int column, int row) {
-  const int first = std::max(column - kEdgeReach, 0);
-  const int last = std::min(column + kEdgeReach, mask.cols - 1);
-  for (int r = std::max(row - kEdgeReach, 0); r <= std::min(row + kEdgeReach, mask.rows - 1); ++r)
-    for (int c = first; c <= last; ++c)
-      if (mask(r, c) != mask(row, column)) return false;
-  return true;
-}
+cv::Mat1b Threshold(const GrayImage& image) { return (CoveragePlane(image) >= 0.5f) / 255; }
 
 // The coverage near the edge of the mask, and the mask elsewhere. Near the edge a pixel of a cut
 // part or of a hole takes the value of the mask, too.
 void ApplyMask(const cv::Mat1b& mask, GrayImage* image) {
-  for (int row = 0; row < mask.rows; ++row) {
-    for (int col = 0; col < mask.cols; ++col) {
-      float& c = image->at(col, row);
-      const bool cloth = mask(row, col) != 0;
-      const bool belongs = (c >= 0.5f) == cloth;
-      if (!belongs || IsAwayFromEdge(mask, col, row)) c = cloth;
-    }
-  }
+  const cv::Mat1b square = cv::Mat1b::ones(2 * kEdgeReach + 1, 2 * kEdgeReach + 1);
+  cv::Mat1f coverage = CoveragePlane(*image);
+  cv::Mat1b least, most;
+  cv::erode(mask, least, square);
+  cv::dilate(mask, most, square);
+  const cv::Mat1b replaced = (least == most) | (Threshold(*image) != mask);
+  cv::Mat1f(mask).copyTo(coverage, replaced);
 }
 
 void CheckPicture(const GrayImage& picture, const std::string& where) {
@@ -173,24 +152,11 @@ void CheckPicture(const GrayImage& picture, const std::string& where) {
     throw InputError(where, "a pixel's coverage is not in [0, 1]");
 }
 
-cv::Mat1b Threshold(const GrayImage& image) {
-  cv::Mat1b mask(image.height, image.width);
-  std::transform(image.coverage.begin(), image.coverage.end(), mask.begin(),
-                 [](float c) { return static_cast<uint8_t>(c >= 0.5f); });
-  return mask;
-}
-
 // Whether the middle of the cloth is on it; not so of a ring that is open, where the cloth hangs
 // straight down from the support.
 bool CoversMiddle(const GrayImage& image) {
-  double sum = 0, column = 0, row = 0;
-  for (int r = 0; r < image.height; ++r)
-    for (int c = 0; c < image.width; ++c) {
-      sum += image.at(c, r);
-      column += c * double(image.at(c, r));
-      row += r * double(image.at(c, r));
-    }
-  return image.at(static_cast<int>(column / sum), static_cast<int>(row / sum)) >= 0.5f;
+  const cv::Moments m = cv::moments(CoveragePlane(image));
+  return image.at(static_cast<int>(m.m10 / m.m00), static_cast<int>(m.m01 / m.m00)) >= 0.5f;
 }
 
 // The silhouette in a picture for which IsSilhouette holds.
@@ -228,11 +194,9 @@ Silhouette DevelopSilhouette(const Photograph& photo, const std::string& where) 
   } catch (const PhotoFailure& failure) {
     throw InputError(where, std::string(ToString(failure.fault)) + ": " + failure.reason);
   }
-  cv::Mat1f coverage;
-  cv::resize(found.cloth.coverage, coverage, {photo.image.width, photo.image.height}, 0, 0,
-             cv::INTER_LINEAR);
-  Silhouette silhouette{GrayImage(coverage.cols, coverage.rows), {}};
-  std::copy(coverage.begin(), coverage.end(), silhouette.image.coverage.begin());
+  Silhouette silhouette{GrayImage(photo.image.width, photo.image.height), {}};
+  cv::Mat1f coverage = CoveragePlane(silhouette.image);
+  cv::resize(found.cloth.coverage, coverage, coverage.size());
   Segmentation& done = silhouette.segmentation;
   done.photograph = true;
   done.focal_35mm = photo.exif.focal_35mm;
@@ -273,10 +237,8 @@ bool IsSilhouette(const GrayImage& image) {
   constexpr double kMostBetween = 5e-4;  // of the pixels; published images: 2e-4
   const TwoLevels levels = FindLevels(image);
   if (levels.low > kFarthest || levels.high < 1 - kFarthest) return false;
-  const cv::Mat1b mask = Threshold(image), element = RoundElement(kReach);
-  cv::Mat1b least, most;
-  cv::erode(mask, least, element);
-  cv::dilate(mask, most, element);
+  const cv::Mat1b mask = Threshold(image), least = Eroded(mask, kReach),
+                  most = Dilated(mask, kReach);
   int64_t between = 0;
   for (int row = 0; row < image.height; ++row)
     for (int col = 0; col < image.width; ++col) {

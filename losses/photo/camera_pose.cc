@@ -57,9 +57,11 @@ Vector2d TagCorner(const PoseInput& input, const VectorXd& p, int corner) {
 Vector2d FirstHarmonic(const PoseInput& input, const PhotoPose& pose) {
   Vector2d sum = Vector2d::Zero();
   std::vector<Vector2d> hem;
-  for (const Vector2d& image : input.outline)
-    hem.push_back(
-        EstimatedOutermost([&](double z) { return pose.WorldFromImage(image, z); }, input.discs));
+  for (const Vector2d& image : input.outline) {
+    const Vector2d above = pose.WorldFromImage(image, 0),
+                   along = pose.WorldFromImage(image, 1) - above;
+    hem.push_back(EstimatedOutermost([&](double z) { return above + z * along; }, input.discs));
+  }
   for (size_t i = 0; i < hem.size(); ++i) {
     const Vector2d &a = hem[i], &b = hem[(i + 1) % hem.size()];
     sum += 0.5 * (a + b) * std::atan2(Determinant(a, b), a.dot(b));
@@ -112,7 +114,7 @@ Eigen::MatrixXd Jacobian(const PoseInput& input, const VectorXd& p, double rim_s
 // Levenberg-Marquardt from p.
 Minimum Minimise(const PoseInput& input, const VectorXd& p, double rim_sigma) {
   constexpr int kIterations = 40;
-  constexpr double kMostDamping = 1e8, kTolerance = 1e-10;
+  constexpr double kMostDamping = 1e8, kTolerance = 1e-8;
   Minimum best{p, Residuals(input, p, rim_sigma).squaredNorm(), {}};
   double damping = 1e-3;
   for (int i = 0; i < kIterations && damping < kMostDamping; ++i) {
@@ -184,7 +186,7 @@ void RemoveOutliers(const VectorXd& p, PoseInput* input) {
   std::vector<double> sizes;
   for (size_t i = 0; i < input->rim.size(); ++i)
     sizes.push_back(std::abs(residuals[static_cast<Eigen::Index>(i)]));
-  const double most = kSlack + kMost * Median(sizes);
+  const double most = kSlack + kMost * Quantile(sizes);
   std::vector<Vector2d> kept;
   for (size_t i = 0; i < sizes.size(); ++i)
     if (sizes[i] <= most) kept.push_back(input->rim[i]);

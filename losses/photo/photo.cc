@@ -100,12 +100,7 @@ class Canvas {
                   cv::FONT_HERSHEY_SIMPLEX, kSize, color, 2, cv::LINE_AA);
   }
   RgbImage Image() const {
-    RgbImage image{picture_.cols, picture_.rows, {}};
-    for (int row = 0; row < picture_.rows; ++row) {
-      const uint8_t* pixels = picture_.ptr<uint8_t>(row);
-      image.rgb.insert(image.rgb.end(), pixels, pixels + size_t(3) * picture_.cols);
-    }
-    return image;
+    return {picture_.cols, picture_.rows, {picture_.datastart, picture_.dataend}};
   }
 
  private:
@@ -173,12 +168,11 @@ Rectified Rectify(const cv::Mat1f& coverage, const PhotoPose& pose) {
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift.topRightCorner<2, 1>() = -origin;
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> matrix = shift * homography;
-  cv::Mat1f turned;
-  cv::warpPerspective(coverage, turned, cv::Matx33d(matrix.data()), {camera.width, camera.height},
-                      cv::INTER_LINEAR);
   result.silhouette = GrayImage(camera.width, camera.height);
-  std::transform(turned.begin(), turned.end(), result.silhouette.coverage.begin(),
-                 [](float c) { return std::clamp(c, 0.0f, 1.0f); });
+  cv::Mat1f turned = CoveragePlane(result.silhouette);
+  cv::warpPerspective(coverage, turned, cv::Matx33d(matrix.data()), turned.size());
+  cv::min(turned, 1.0, turned);
+  cv::max(turned, 0.0, turned);
   return result;
 }
 
@@ -198,8 +192,7 @@ GrayImage RenderProfile(const Eigen::VectorXd& radius) {
   cv::Mat1b coarse;
   cv::resize(fine, coarse, {camera.width, camera.height}, 0, 0, cv::INTER_AREA);
   GrayImage image(camera.width, camera.height);
-  std::transform(coarse.begin(), coarse.end(), image.coverage.begin(),
-                 [](uint8_t value) { return value / 255.0f; });
+  coarse.convertTo(CoveragePlane(image), CV_32F, 1 / 255.0);
   return image;
 }
 
@@ -341,8 +334,7 @@ class Development {
     if (silhouette.segmentation.photograph) return false;
     result_.warnings = silhouette.segmentation.Notes();
     const GrayImage& image = silhouette.image;
-    cv::resize(cv::Mat1f(image.height, image.width, const_cast<float*>(image.coverage.data())),
-               cloth_.coverage, planes_.rgb.size(), 0, 0, cv::INTER_AREA);
+    cv::resize(CoveragePlane(image), cloth_.coverage, planes_.rgb.size(), 0, 0, cv::INTER_AREA);
     cloth_.mask = (cloth_.coverage >= 0.5f) / 255;
     cloth_.blur = 2.0;  // pixels may be black or white as a whole
     marks_.outline = LongestOutline(cloth_.mask);
