@@ -100,6 +100,7 @@ void Desk::Load() {
     try {
       DeskItem item{.record = ReadStoredJson(Folder(id) + "/record.json", kRecordFormat)};
       ListCommands(id, item.record, options_);  // or throws
+      if (IsIn(item, "removed") && fs::remove_all(Folder(id)) > 0) continue;
       if (IsIn(item, "running")) item.record["state"] = "queued";
       item.changed = version_;
       last_ = std::max(last_, std::stoul(id));
@@ -112,7 +113,8 @@ void Desk::Load() {
 
 DeskItem& Desk::Find(const std::string& id) {
   const auto found = items_.find(id);
-  if (found == items_.end()) throw InputError("item '" + PlainText(id) + "'", "is not there");
+  if (found == items_.end() || IsIn(found->second, "removed"))
+    throw InputError("item '" + PlainText(id) + "'", "is not there");
   return found->second;
 }
 
@@ -128,7 +130,7 @@ json Desk::State(long since) {
   json items = json::array();
   for (const auto& [id, item] : items_) {
     const bool runs = IsIn(item, "running");
-    if (item.changed <= since && !runs) continue;
+    if (IsIn(item, "removed") || (item.changed <= since && !runs)) continue;
     json shown = item.record;
     shown["id"] = id;
     if (runs) shown["outlines"] = ReadOutlines(Folder(id));
@@ -256,19 +258,25 @@ void Desk::Retry(const std::string& id) {
 }
 
 void Desk::Remove(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  DeskItem& removed = Find(id);
+  for (const auto& [other, item] : items_)
+    if (item.record.value("of", "") == id && !IsIn(item, "removed"))
+      throw InputError("item '" + id + "'",
+                       "is used by item " + other + ", expected to remove that first");
+  removed.again = false;
+  End(&removed);
+  removed.record["state"] = "removed";
+  Touch(id, &removed);
+  removed_.emplace_back(version_, id);
+  if (removed.child == 0) Drop(id);
+}
+
+// Deletes a removed item: its folder as a whole.
+void Desk::Drop(const std::string& id) {
   const std::string gone = options_.out + "/" + TemporaryName();
-  Cancel(id);
-  {
-    std::unique_lock lock(mutex_);
-    queued_.wait(lock, [&] { return Find(id).child == 0; });
-    for (const auto& [other, item] : items_)
-      if (item.record.value("of", "") == id)
-        throw InputError("item '" + id + "'",
-                         "is used by item " + other + ", expected to remove that first");
-    fs::rename(Folder(id), gone);
-    items_.erase(id);
-    removed_.emplace_back(++version_, id);
-  }
+  fs::rename(Folder(id), gone);
+  items_.erase(id);
   fs::remove_all(gone);
 }
 
@@ -315,7 +323,7 @@ void Desk::RunItem(const std::string& id, std::unique_lock<std::mutex>& lock) {
   } catch (const std::exception& error) {
     item.record["error"] = MakePrintableLine(error.what());
   }
-  if (std::exchange(item.again, false) || (stopping_ && !IsIn(item, "cancelled"))) {
+  if (std::exchange(item.again, false) || (stopping_ && IsIn(item, "running"))) {
     item.record["state"] = "queued";
   } else if (IsIn(item, "running")) {
     item.record["state"] = code == kExitOk ? "done" : "failed";
@@ -324,7 +332,7 @@ void Desk::RunItem(const std::string& id, std::unique_lock<std::mutex>& lock) {
       item.record["error"] = LastLine(log_path);
   }
   try {
-    Touch(id, &item);
+    IsIn(item, "removed") ? Drop(id) : Touch(id, &item);
   } catch (const std::exception& error) {  // a full disk: the page shows it
     item.record["error"] = MakePrintableLine(error.what());
     item.changed = ++version_;

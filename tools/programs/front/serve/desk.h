@@ -55,7 +55,8 @@ class Desk {
   std::string AddJob(const nlohmann::json& wanted);
   void Cancel(const std::string& id);
   void Retry(const std::string& id);
-  // Cancels an item and deletes its folder. A fit stays while exports and previews of it are there.
+  // Cancels an item, and deletes its folder once its program has ended. A fit stays while exports
+  // and previews of it are there.
   void Remove(const std::string& id);
 
   // The path of a file of an item, of a name that ListFiles gives.
@@ -75,6 +76,7 @@ class Desk {
   int RunCommand(const std::string& id, const DeskCommand& command, int log,
                  std::unique_lock<std::mutex>& lock);
   void End(DeskItem* item);
+  void Drop(const std::string& id);
 
   const DeskOptions options_;
   const OutputFolder folder_;  // its lock
