@@ -38,12 +38,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kTerminalInterval = 0.1;  // [s]
+constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 // The time [s] between plain lines; drape_serve, whose page shows them, asks for less.
 double PlainInterval() {
-  constexpr double kUsual = 5.0;
   static const char* const wanted = std::getenv("DRAPEFIT_PROGRESS_SECONDS");
-  return wanted != nullptr ? std::clamp(std::atof(wanted), kTerminalInterval, kUsual) : kUsual;
+  return std::clamp(std::atof(wanted ? wanted : "5"), kTerminalInterval, kPlainInterval);
 }
 constexpr std::chrono::seconds kReadingInterval{15};
 constexpr double kShownStep = 0.01;                           // of the work, on a terminal
