@@ -263,7 +263,8 @@ void AddImages(const std::string& text, FitSpec* spec, FitData* data) {
   const SampleTable table = ReadSamples(text);
   if (const std::vector<std::string> fabrics = table.Fabrics(); fabrics.size() > 1)
     throw InputError(table.path, "has " + std::to_string(fabrics.size()) +
-                                     " fabrics, expected one: " + table.path + "#" + fabrics[0]);
+                                     " fabrics, expected one: " + table.path + "#" + fabrics[0] +
+                                     "; drapefit " + table.path + " fits each");
   const bool is_first = data->images.empty();
   for (const std::string& file : table.Files()) data->images.push_back(file);
   if (!is_first) return;

@@ -56,6 +56,14 @@ TEST_F(Samples, FaultsAreNamedByLineColumnAndValue) {
   ExpectError("file,error\na.png,no disc\n", "has no picture");
 }
 
+TEST_F(Samples, OneFitIsOfOneFabric) {
+  const std::string table = Write("samples.csv", "file,fabric\na.png,felt\nb.png,wool\n");
+  FitSpec spec;
+  FitData data;
+  EXPECT_INPUT_ERROR(AddImages(table, &spec, &data), "has 2 fabrics, expected one: " + table +
+                                                         "#felt; drapefit " + table + " fits each");
+}
+
 TEST_F(Samples, FoldersAreFabrics) {
   for (const char* fabric : {"felt", "wool"}) std::filesystem::create_directories(Path(fabric));
   Write("felt/1.png", "");
