@@ -50,6 +50,10 @@ Limits OutlineError(const DrapeDiscs& discs, Eigen::Index numbers) {
   return {scale * limits.good, scale * limits.usable};
 }
 
+Limits Widen(const Limits& limits, double by) {
+  return {std::hypot(limits.good, by), std::hypot(limits.usable, by)};
+}
+
 FitGrade ChooseGrade(double value, const Limits& limits) {
   if (value <= limits.good) return FitGrade::kGood;
   return value <= limits.usable ? FitGrade::kUsable : FitGrade::kDoNotUse;  // NaN too
@@ -115,6 +119,33 @@ double MeanOutlineError(const FitProblem& problem, const FitReport& report) {
     sum += std::pow(
         Millimetres(report.drapes[i].fitted.metrics.profile_rms, problem.observations[i]), 2);
   return std::sqrt(sum / static_cast<double>(report.drapes.size()));
+}
+
+// The drape coefficients of each image and of its fitted drape.
+Eigen::ArrayX2d ListCoefficients(const FitReport& report) {
+  Eigen::ArrayX2d list(report.drapes.size(), 2);
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    const SilhouetteMetrics& m = report.drapes[i].fitted.metrics;
+    list.row(Eigen::Index(i)) << m.image.drape_coefficient, m.fitted.drape_coefficient;
+  }
+  return list;
+}
+
+// What one table leaves of the differences of several specimens, faces and starts: two standard
+// deviations of their drape coefficients, and of the radius that goes with these [mm].
+struct Scatter {
+  double coefficient = 0.0, radius = 0.0;
+};
+Scatter FindScatter(const FitProblem& problem, const FitReport& report) {
+  if (report.drapes.size() < 2 ||
+      std::ranges::count(problem.specimens, 1) == std::ssize(problem.specimens))
+    return {};
+  const Eigen::ArrayXd image = ListCoefficients(report).col(0);
+  const DrapeDiscs& discs = problem.observations.front().discs;
+  const double inner = discs.support * discs.support,
+               ring = discs.specimen * discs.specimen - inner,
+               sd = std::sqrt((image - image.mean()).square().sum() / double(image.size() - 1));
+  return {2 * sd, 1e3 * sd * ring / std::sqrt(inner + image.mean() * ring)};
 }
 
 // By how many the folds of two profiles [m] differ. A fold counts from a prominence on; the count
@@ -195,12 +226,12 @@ void JudgeMeasurements(const FitReport& report, Judges& judges) {
 }
 
 void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen::Index numbers,
-                const std::string& which, Judges& judges) {
+                const Scatter& scatter, const std::string& which, Judges& judges) {
   if (drape.fitted.x.size() == 0) return judges.Condemn("the fitted drape has no outline" + which);
   Judge& judge = judges.shape;
   const SilhouetteMetrics& m = drape.fitted.metrics;
   const double error = Millimetres(m.profile_rms, observation);
-  const Limits limits = OutlineError(observation.discs, numbers);
+  const Limits limits = Widen(OutlineError(observation.discs, numbers), scatter.radius);
   judge.Add(ChooseGrade(error, limits),
             Format("an outline error of %s mm (%.1f px), expected at most %.3g mm",
                    FormatBeyond(error, limits.good, 1).c_str(), m.profile_rms, limits.good) +
@@ -213,7 +244,7 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, Eigen:
   if (folds != FitGrade::kGood)
     judges.bending.Add(FitGrade::kUsable, counts + ": another branch than the cloth's");
   judge.Add(ChooseGrade(std::abs(m.image.drape_coefficient - m.fitted.drape_coefficient),
-                        kCoefficientError),
+                        Widen(kCoefficientError, scatter.coefficient)),
             Format("drape coefficient %.1f %%, the image has %.1f %%",
                    100 * m.fitted.drape_coefficient, 100 * m.image.drape_coefficient) +
                 which);
@@ -433,12 +464,20 @@ Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
 FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
   Judges judges;
   const bool by_experiment = FindExperiment(problem) != nullptr;
+  const Scatter scatter = FindScatter(problem, report);
   for (std::size_t i = 0; !by_experiment && i < problem.observations.size(); ++i) {
     const Observation& observation = problem.observations[i];
     const std::string which = problem.observations.size() > 1 ? " (" + observation.name + ")" : "";
     JudgeImage(observation.quality, which, judges.measurement);
     if (!report.cancelled && i < report.drapes.size())
-      JudgeDrape(observation, report.drapes[i], report.spectrum.values.size(), which, judges);
+      JudgeDrape(observation, report.drapes[i], report.spectrum.values.size(), scatter, which,
+                 judges);
+  }
+  if (scatter.coefficient > 0) {
+    const Eigen::Array2d mean = ListCoefficients(report).colwise().mean();
+    judges.shape.Add(ChooseGrade(std::abs(mean[0] - mean[1]), kCoefficientError),
+                     Format("a mean drape coefficient of %.1f %%, the images have %.1f %%",
+                            100 * mean[1], 100 * mean[0]));
   }
   if (const Experiment* experiment = FindExperiment(problem))
     for (const Measurement& each : experiment->measurements)
@@ -513,13 +552,9 @@ std::string VerdictText(const FitProblem& problem, const FitReport& report) {
     if (verdict.shape.reasons.empty())
       shape = "All measurements within their errors, at rest and stable";
   } else if (!report.drapes.empty()) {
-    double image = 0.0, fitted = 0.0;
-    for (const DrapeReport& drape : report.drapes) {
-      image += 100 * drape.fitted.metrics.image.drape_coefficient / double(report.drapes.size());
-      fitted += 100 * drape.fitted.metrics.fitted.drape_coefficient / double(report.drapes.size());
-    }
-    coefficient =
-        Format("The drape coefficient is %.1f %%, of the fitted drape %.1f %%", image, fitted);
+    const Eigen::Array2d mean = ListCoefficients(report).colwise().mean();
+    coefficient = Format("The drape coefficient is %.1f %%, of the fitted drape %.1f %%",
+                         100 * mean[0], 100 * mean[1]);
     if (verdict.shape.reasons.empty())
       shape =
           Format("Outline error %.1f mm rms, folds and area as in the image, at rest and stable",
