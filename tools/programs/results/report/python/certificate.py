@@ -78,7 +78,7 @@ def count_text(group):
 
 
 def nodes_text(group):
-    return " or ".join("%d" % nodes for nodes in items(group, "/nodes", int))
+    return " or ".join(", ".join(map(str, items(group, "/nodes", int))).rsplit(", ", 1))
 
 
 GROUP_COLUMNS = ("mean ± sd", "n", "90 % interval", "nodes")

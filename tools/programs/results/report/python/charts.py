@@ -12,7 +12,7 @@ from drapes import USUAL_DISCS, read_outlines, svg_path
 from results import InputError, directions, find, items, number, number_text, read_json, text
 
 BLUE, GREY = "#0072b2", "#8a8f98"
-MOST_MARGINALS = 5
+MOST_MARGINALS = 3
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the outlines within bands
 
 
@@ -133,7 +133,7 @@ def draw_density(axes, p, i):
                                    (p.mean[i], p.sd[i], BLUE, "posterior")]:
         axes.plot(np.exp(x), np.exp(-((x - mean) / sd) ** 2 / 2) / (sd * math.sqrt(2 * math.pi)),
                   color=colour, label=name)
-    axes.set(title=str(p.names[i]), xscale="log", ylabel="density", xlabel=f"factor on {p.names[i]}")
+    axes.set(xscale="log", ylabel="density", xlabel=f"factor on\n{p.names[i]}")
     plain_ticks(axes.xaxis)
     axes.legend(fontsize=7)
 
@@ -146,7 +146,8 @@ def draw_pair(axes, p, i, j):
     for share, line in [(0.5, "-"), (0.9, "--")]:
         at = p.mean[[i, j], None] + math.sqrt(-2 * math.log(1 - share)) * (root @ circle)
         axes.plot(*np.exp(at), line, color=BLUE, label="%.0f %%" % (100 * share))
-    axes.set(xscale="log", yscale="log", xlabel=str(p.names[i]), ylabel=str(p.names[j]))
+    axes.set(xscale="log", yscale="log", xlabel=f"factor on\n{p.names[i]}",
+             ylabel=f"factor on\n{p.names[j]}")
     plain_ticks(axes.xaxis)
     plain_ticks(axes.yaxis)
     axes.legend(fontsize=7)
@@ -165,7 +166,7 @@ def draw_corner(p):
                     draw_pair(axes[row][column], p, i, j)
                 else:
                     axes[row][column].axis("off")
-    return svg(draw, len(shown), len(shown), 2.4, 2.1)
+    return svg(draw, len(shown), len(shown), 2.1, 1.9)
 
 
 def posterior_table(numbers):

@@ -19,7 +19,7 @@ PURPOSES = {
     "drape_space": "Distances between fabrics, and their population.",
     "drape_compare_optimisers": "Optimisers under equal budgets.",
     "drape_garment": "A moving body in a garment.",
-    "drape_photo": "A photograph of a drape.",
+    "drape_photo": "Photographs of drapes.",
     "drape_export": "A fabric for other programs.",
     "drape_metrics": "Measured drapes.",
 }
@@ -144,7 +144,7 @@ def other_numbers(folder):
             known = mean is not None and deviation is not None
             numbers.append((name, "%.3g ± %.2g" % (factor * mean, factor * deviation) + unit
                             if known else "none"))
-        elif pointer == "/dc" and folder.program == "drape_photo":
+        elif value is not None and pointer == "/dc" and folder.program == "drape_photo":
             numbers.append((name, coefficient_text(s) + " %"))
         elif value is not None and (pointer, folder.program) != ("/draws", "drape_garment"):
             numbers.append((name, "%.4g" % (factor * value) + unit))
