@@ -20,10 +20,7 @@ const node = (tag, properties = {}, ...children) => {
   return made;
 };
 
-function say(text, bad = false) {
-  $("status").textContent = text;
-  $("status").className = bad ? "bad" : "";
-}
+const say = (text, bad = false) => Object.assign($("status"), { textContent: text, className: bad ? "bad" : "" });
 
 async function post(path, body) {
   busyUntil = Date.now() + 5000;
@@ -68,7 +65,8 @@ async function addFiles(files) {
   const table = [...files].find((file) => file.name.endsWith(".csv"));
   const rows = table ? readTable(await table.text()) : new Map();
   const before = items.get(opened)?.fields ?? {};
-  const pictures = [...files].filter((file) => !file.name.startsWith(".") && file !== table);
+  const pictures = [...files].filter((file) => !file.name.startsWith(".") && file !== table)
+    .sort((a, b) => a.name.localeCompare(b.name, "en", { numeric: true }));
   const added = [];
   let whole = 0;
   for (const [i, file] of pictures.entries()) {
@@ -114,8 +112,7 @@ function pictureRow(id) {
   const button = node("button", { type: "button" });
   const result = node("span");
   tick.addEventListener("change", () => {
-    if (tick.checked) ticked.add(id);
-    else ticked.delete(id);
+    ticked[tick.checked ? "add" : "delete"](id);
     showFit();
   });
   button.addEventListener("click", () => open(id, true));
@@ -177,12 +174,10 @@ function showEditor(all = false) {
 
 // Jobs.
 
-async function run(wanted) {
-  await act(async () => {
-    shown = (await post("run", JSON.stringify(wanted))).id;
-    say("Queued; its command is below.");
-  });
-}
+const run = (wanted) => act(async () => {
+  shown = (await post("run", JSON.stringify(wanted))).id;
+  say("Queued; its command is below.");
+});
 
 // Lets a button remove items: its first press asks, and the next one removes them, if the focus has
 // not moved in between. what(): their name; ids(): theirs.
