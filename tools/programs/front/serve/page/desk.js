@@ -250,7 +250,7 @@ function jobCard(id) {
     row: card,
     update(item) {
       const kind = { fit: "Fit", export: "Export", garment: "Garment preview" }[item.kind];
-      title.textContent = `${kind} ${item.name}${item.fit ? ` (${item.fit})` : ""}`;
+      title.textContent = `${kind} ${/^fit_(.*)/.exec(item.fit ?? "")?.[1] ?? item.name}`;
       const lines = (item.tail ?? "").trimEnd().split("\n");
       const found = lines.map((line) => /^(\w+) +(\d+) %/.exec(line)).filter(Boolean).pop();
       const once = lines.find((line) => line.includes(" at once: "))?.split(" at once: ")[1];
