@@ -10,6 +10,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "solver/fit/effective_stiffness.h"
+#include "solver/forward/drape_pool.h"
 #include "solver/job/fit_report.h"
 #include "tests/solver/solver_fixture.h"
 
