@@ -36,7 +36,7 @@ class Attack(unittest.TestCase):
         cls.path = pathlib.Path(cls.scratch.name)
         (cls.path / 'secret.txt').write_bytes(SECRET)
         cls.photo = cls.path / 'photo.jpg'
-        cls.coefficient = desk.paint(cls.photo, 1200)
+        cls.coefficient = desk.paint(cls.photo, 800)
         config = cls.path / 'fit.json'
         config.write_text(json.dumps(desk.SMALL_FIT))
         cls.options = (f'--fit_config={config}',)
@@ -198,10 +198,10 @@ class Attack(unittest.TestCase):
         found = self.desk.wait(item, 'done')
         self.assertAlmostEqual(100 * found['result']['dc'], self.coefficient, delta=1.5)
         self.assertIn('bending length', found['result']['bending_length'])
-        for points in ('600,450', '600,450,20,20'):
+        for points in ('400,300', '400,300,20,20'):
             self.desk.post(f'change/{item}', {'ground_points': points, 'mass': '180'})
             found = self.desk.wait(item, 'failed', 'done')
-        self.assertIn('--ground_points=600,450,20,20', found['command'])
+        self.assertIn('--ground_points=400,300,20,20', found['command'])
         self.desk.post(f'change/{item}', {'ground_points': '', 'diameter': '0.24'})
         self.assertIn('--specimen=0.24', self.desk.wait(item, 'failed')['command'])
 
@@ -264,6 +264,7 @@ class Attack(unittest.TestCase):
         outlines = None
         while (found := self.desk.items()[job])['state'] == 'running':
             outlines = found['outlines'] or outlines
+            time.sleep(0.02)
         self.assertEqual(found['state'], 'done', found)
         self.assertEqual([each['name'] for each in outlines], [item])
         self.assertEqual([len(outlines[0][key]) for key in ('image_px', 'fit_px')], [360, 360])

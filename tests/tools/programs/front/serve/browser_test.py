@@ -39,7 +39,7 @@ class DeskInABrowser(unittest.TestCase):
         cls.coefficient = desk.paint(cls.path / 'wool.jpg')
         cls.folder = cls.path / 'more'
         cls.folder.mkdir()
-        desk.paint(cls.folder / 'shirt.jpg', 1200, 'synthetic_shirt', 4)
+        desk.paint(cls.folder / 'shirt.jpg', fabric='synthetic_shirt', seed=4)
         (cls.folder / 'samples.csv').write_text('file;fabric;specimen;face;mass;warp\n'
                                               'shirt.jpg;"fine shirt";2;down;120;up\n')
         config = cls.path / 'fit.json'

@@ -29,7 +29,7 @@ def require_server():
         skip('drape_serve is not built: it needs the packages of tools/setup/packages/photo.txt')
 
 
-def paint(path, width=1600, fabric='synthetic_wool', seed=3):
+def paint(path, width=1200, fabric='synthetic_wool', seed=3):
     """A telephone's photograph of a simulated drape; returns its drape coefficient [%]."""
     import numpy as np
     import drapes
