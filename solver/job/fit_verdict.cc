@@ -140,11 +140,13 @@ Scatter FindScatter(const FitProblem& problem, const FitReport& report) {
   if (report.drapes.size() < 2 ||
       std::ranges::count(problem.specimens, 1) == std::ssize(problem.specimens))
     return {};
+  constexpr double kMost = 0.04;  // of specimens of one fabric
   const Eigen::ArrayXd image = ListCoefficients(report).col(0);
   const DrapeDiscs& discs = problem.observations.front().discs;
   const double inner = discs.support * discs.support,
                ring = discs.specimen * discs.specimen - inner,
-               sd = std::sqrt((image - image.mean()).square().sum() / double(image.size() - 1));
+               variance = (image - image.mean()).square().sum() / double(image.size() - 1),
+               sd = std::min(std::sqrt(variance), kMost);
   return {2 * sd, 1e3 * sd * ring / std::sqrt(inner + image.mean() * ring)};
 }
 

@@ -275,10 +275,10 @@ TEST_F(FitVerdictTest, TheLimitOfTheOutlineIsThatOfTheModel) {
 // Specimens differ by design: the scatter of their images counts, and the mean has to be right.
 TEST_F(FitVerdictTest, OneTableIsJudgedByTheScatterOfSpecimens) {
   problem_.observations.push_back(problem_.observations[0]);
-  metrics().profile_rms = 6 * 719.5e-3;
+  metrics().profile_rms = 5.2 * 719.5e-3;
   report_.drapes.push_back(drape());
-  report_.drapes[0].fitted.metrics.image.drape_coefficient = 0.46;
-  report_.drapes[1].fitted.metrics.image.drape_coefficient = 0.54;
+  report_.drapes[0].fitted.metrics.image.drape_coefficient = 0.472;
+  report_.drapes[1].fitted.metrics.image.drape_coefficient = 0.528;
   for (const std::vector<int>& one : {std::vector<int>(), {1, 1}}) {
     problem_.specimens = one;
     EXPECT_EQ(Judge().shape.grade, FitGrade::kDoNotUse);
@@ -286,11 +286,17 @@ TEST_F(FitVerdictTest, OneTableIsJudgedByTheScatterOfSpecimens) {
   problem_.specimens = {1, 2};
   EXPECT_EQ(Judge().shape.grade, FitGrade::kGood);
   metrics().profile_rms = 8 * 719.5e-3;
-  EXPECT_THAT(Line(), HasSubstr("an outline error of 8.0 mm (5.8 px), expected at most 7.24 mm"));
+  EXPECT_THAT(Line(), HasSubstr("an outline error of 8.0 mm (5.8 px), expected at most 5.5 mm"));
   metrics().profile_rms = 1.0;
   for (DrapeReport& each : report_.drapes) each.fitted.metrics.fitted.drape_coefficient = 0.56;
   EXPECT_EQ(Judge().shape.grade, FitGrade::kDoNotUse);
   EXPECT_THAT(Line(), HasSubstr("a mean drape coefficient of 56.0 %, the images have 50.0 %"));
+  // Two fabrics are no specimens of one.
+  for (int i = 0; i < 2; ++i) {
+    report_.drapes[i].fitted.metrics.fitted.drape_coefficient = 0.5;
+    report_.drapes[i].fitted.metrics.image.drape_coefficient = 0.35 + 0.3 * i;
+  }
+  EXPECT_EQ(Judge().shape.grade, FitGrade::kDoNotUse);
 }
 
 // The ratio of the stiffer to the softer direction says nothing of the stiffness.
