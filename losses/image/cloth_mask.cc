@@ -190,9 +190,9 @@ Feature ShadowedFeature(const PhotoPlanes& planes, const cv::Mat3f& rest, const 
   for (int i = 0; i <= kSamples; ++i) {  // the last one is the ground itself
     const double t = i == kSamples ? 1.0 : kDarkest + (kLightest - kDarkest) * i / (kSamples - 1);
     for (int c = 0; c < 3; ++c)
-      curve(0, i)[c] = static_cast<float>(LightFromStored(std::min(1.0, t * Quantile(channel[c]))));
+      curve(0, i)[c] = static_cast<float>(std::min(1.0, t * Quantile(channel[c])));
   }
-  curve = LabOfLight(curve);
+  cv::cvtColor(curve, curve, cv::COLOR_RGB2Lab);
   for (int i = 0; i < kSamples; ++i) curve(0, i) -= curve(0, kSamples);
   cv::Mat1f distance(rest.size());
   for (int row = 0; row < rest.rows; ++row)

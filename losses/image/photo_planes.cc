@@ -3,7 +3,6 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -23,23 +22,6 @@ constexpr double kSmoothing = 0.7;     // [px]
 
 double LightFromStored(double stored) {
   return stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
-}
-
-cv::Mat3f LabOfLight(const cv::Mat3f& light) {
-  constexpr float kLinear = 0.008856f;  // up to which the root is a line
-  const cv::Matx33f xyz(0.412453f / 0.950456f, 0.357580f / 0.950456f, 0.180423f / 0.950456f,  //
-                        0.212671f, 0.715160f, 0.072169f,                                      //
-                        0.019334f / 1.088754f, 0.119193f / 1.088754f, 0.950227f / 1.088754f);
-  const cv::Matx34f lab(0, 116, 0, -16, 500, -500, 0, 0, 0, 200, -200, 0);
-  cv::Mat3f root;
-  cv::transform(light, root, xyz);
-  for (float* t = root.ptr<float>(); t != root.ptr<float>() + 3 * root.total(); ++t) {
-    auto y = std::bit_cast<float>(std::bit_cast<uint32_t>(std::max(*t, kLinear)) / 3 + 709921077u);
-    for (int round = 0; round < 2; ++round) y = (2 * y + *t / (y * y)) / 3;
-    *t = *t > kLinear ? y : 7.787f * *t + 16 / 116.0f;
-  }
-  cv::transform(root, root, lab);
-  return root;
 }
 
 double StoredFromLight(double light) {
@@ -167,7 +149,7 @@ PhotoPlanes MakePlanes(const RgbImage& image) {
   cv::Mat1b luma;
   cv::cvtColor(photo, luma, cv::COLOR_RGB2GRAY);
   reduce(luma, &planes.luma);
-  planes.lab = LabOfLight(planes.light);
+  cv::cvtColor(planes.light, planes.lab, cv::COLOR_LRGB2Lab);
   return planes;
 }
 

@@ -38,9 +38,6 @@ inline cv::Mat1f CoveragePlane(const GrayImage& image) {
 double LightFromStored(double stored);
 double StoredFromLight(double light);
 
-// CIE Lab, as COLOR_LRGB2Lab of OpenCV, which first fills tables for as long as this takes in all.
-cv::Mat3f LabOfLight(const cv::Mat3f& light);
-
 // The light of each stored byte.
 const std::array<float, 256>& LightOfStored();
 

@@ -42,7 +42,8 @@ constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 // The time [s] between plain lines; drape_serve, whose page shows them, asks for less.
 double PlainInterval() {
   static const char* const wanted = std::getenv("DRAPEFIT_PROGRESS_SECONDS");
-  return std::clamp(std::atof(wanted ? wanted : "5"), kTerminalInterval, kPlainInterval);
+  if (wanted == nullptr) return kPlainInterval;
+  return std::clamp(std::atof(wanted), kTerminalInterval, kPlainInterval);
 }
 constexpr std::chrono::seconds kReadingInterval{15};
 constexpr double kShownStep = 0.01;                           // of the work, on a terminal

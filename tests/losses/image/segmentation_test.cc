@@ -237,7 +237,7 @@ TEST(Segmentation, RefusesGlareAtTheEdgeAlone) {
         PaintStar(camera, [](double, double outside) { return outside < 0 ? 0.4 : 0.1; });
     for (int row = 0; row < image.height; ++row)
       for (int col = 0; col < image.width; ++col)
-        if (std::hypot(col - camera.cx - place * camera.scale, row - camera.cy) < 16)
+        if (std::hypot(col - camera.cx - place * camera.scale, row - camera.cy) < 14)
           image.at(col, row) = 0.0f;
     return image;
   };

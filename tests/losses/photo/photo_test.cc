@@ -377,9 +377,9 @@ INSTANTIATE_TEST_SUITE_P(
                s.light = {0.45, 0.3};
              }},
         Kind{"moved_a_little", kGood, [](PhotoScene& s, Options&) { s.motion = 5; }},
-        Kind{"moved_much", PhotoFault::kBlur,
+        Kind{"moved_much", PhotoFault::kWrongSize,
              [](PhotoScene& s, Options&) {
-               s.width = 1200;
+               s.width = 1200;  // of fewer pixels it is blurred
                s.height = 900;
                s.motion = 31;
              }},

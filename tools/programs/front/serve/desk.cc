@@ -332,7 +332,10 @@ void Desk::RunItem(const std::string& id, std::unique_lock<std::mutex>& lock) {
       item.record["error"] = LastLine(log_path);
   }
   try {
-    IsIn(item, "removed") ? Drop(id) : Touch(id, &item);
+    if (IsIn(item, "removed"))
+      Drop(id);
+    else
+      Touch(id, &item);
   } catch (const std::exception& error) {  // a full disk: the page shows it
     item.record["error"] = MakePrintableLine(error.what());
     item.changed = ++version_;

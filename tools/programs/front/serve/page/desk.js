@@ -112,7 +112,8 @@ function pictureRow(id) {
   const button = node("button", { type: "button" });
   const result = node("span");
   tick.addEventListener("change", () => {
-    ticked[tick.checked ? "add" : "delete"](id);
+    if (tick.checked) ticked.add(id);
+    else ticked.delete(id);
     showFit();
   });
   button.addEventListener("click", () => open(id, true));
