@@ -79,8 +79,8 @@ struct FitSummary : TrustRegionRun {
   RolloutCounts counts;
   // RolloutResiduals::Point::jacobian at the best point, shape [N, P].
   Eigen::MatrixXd jacobian;
-  // Of motions (FitLabInStages): ∂residual/∂(log entries of the table, then the numbers of θ beside
-  // the table), shape [N, 39 + n].
+  // ∂residual/∂(log entries of the table, then the numbers of θ beside the table) of motions
+  // (FitLabInStages), shape [N, 39 + n].
   Eigen::MatrixXd by_entries;
 };
 

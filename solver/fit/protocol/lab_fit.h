@@ -18,7 +18,7 @@ inline constexpr double kMostGridFactor = 5.0;
 // a silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
 // not. Cloth that moves is fitted from several scales of the start tables, and again as far as mesh
 // and time step err: its experiments get grid_error, mesh_factor and step_factor [METHODS, P75].
-// With motions the Jacobians are for intervals (ForIntervals).
+// The Jacobians of motions are for intervals (ForIntervals).
 FitSummary FitLabInStages(ParameterTying last, const FitOptions& options, FitProblem& problem,
                           std::string* note);
 
