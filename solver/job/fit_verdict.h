@@ -31,9 +31,9 @@ struct WeightedRows {
   bool tell_stretching = false;   // they too, as experiments do
 };
 // Judges by the Laplace approximation at a fitted table. What strips do not determine has the error
-// that fits of silhouettes had on twins, model_deviation, and stretching is determined by strips
-// alone, unless `tell_stretching`. tie: T = ∂(log entries)/∂θ, shape [39, P]; prior_sigma: of each
-// θ.
+// that fits of silhouettes had on twins, model_deviation. With `tell_stretching`, not strips alone
+// determine stretching, and intervals reach further on the stiff side [METHODS, P57]. tie:
+// T = ∂(log entries)/∂θ, shape [39, P], zero for numbers beside the table; prior_sigma: of each θ.
 Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
                          const WeightedRows& rows, double prior_sigma,
                          double model_deviation = kModelDeviation);
