@@ -205,25 +205,29 @@ void EstimateElboOfFit(const PosteriorOptions& options, const MapEstimator& mode
   fit->samples.emplace();
   HierarchicalSamples at_mode = mode.MakeSamples(1, LostBranchPolicy::kReject);
   if (!at_mode.StartAt(fit->mode.gaussian.mean)) return EstimateElbo({}, {}, fit);
-  const auto independent = at_mode.WithSamples(options.elbo_samples, LostBranchPolicy::kReject);
   const Eigen::MatrixXd standard =
       IndependentSamples(q.size(), options.elbo_samples, options.seed + 1);
   const Eigen::MatrixXd u = q.Draws(standard);
-  independent->Prepare(u, false);
-  fit->counts += independent->counts();
   const double volume = q.factor.diagonal().array().log().sum();
   const double constant = 0.5 * q.size() * std::log(2 * std::numbers::pi);
   SampleCollector collector(mode, *fit, options.elbo_samples);
   std::vector<Eigen::VectorXd> residuals;
   std::vector<double> log_ratios;
   Eigen::VectorXd residual;
-  for (int s = 0; s < options.elbo_samples; ++s) {
-    if (!independent->Residuals(s, &residual, nullptr)) continue;
-    const double log_prior = -0.5 * u.col(s).squaredNorm() - constant;
-    const double log_density = -0.5 * standard.col(s).squaredNorm() - volume - constant;
-    residuals.push_back(residual);
-    log_ratios.push_back(log_prior - log_density);
-    collector.Add(u.col(s), residual, log_prior, log_density);
+  // As many at a time as the fit had, since each holds a Jacobian.
+  for (int first = 0; first < options.elbo_samples && !mode.Cancelled(); first += options.draws) {
+    const int count = std::min(options.draws, options.elbo_samples - first);
+    const auto independent = at_mode.WithSamples(count, LostBranchPolicy::kReject);
+    independent->Prepare(u.middleCols(first, count), false);
+    fit->counts += independent->counts();
+    for (int s = first; s < first + count; ++s) {
+      if (!independent->Residuals(s - first, &residual, nullptr)) continue;
+      const double log_prior = -0.5 * u.col(s).squaredNorm() - constant;
+      const double log_density = -0.5 * standard.col(s).squaredNorm() - volume - constant;
+      residuals.push_back(residual);
+      log_ratios.push_back(log_prior - log_density);
+      collector.Add(u.col(s), residual, log_prior, log_density);
+    }
   }
   EstimateElbo(residuals, log_ratios, fit);
   fit->samples = collector.Take();

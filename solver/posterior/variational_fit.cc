@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -79,7 +80,10 @@ class Evaluation final : public ceres::EvaluationCallback {
   const Layout& layout() const { return layout_; }
   const GaussianPosterior& posterior() const { return posterior_; }
   int num_draws() const { return residuals_.num_draws(); }
-  int num_residuals() const { return residuals_.num_residuals(); }
+  // Of a draw, as Ceres sees them.
+  int num_residuals() const {
+    return std::min(residuals_.num_residuals(), residuals_.num_latents() + 1);
+  }
 
   void PrepareForEvaluation(bool with_jacobians, bool) override {
     layout_.Unpack(numbers_.data(), &posterior_);
@@ -88,16 +92,26 @@ class Evaluation final : public ceres::EvaluationCallback {
     residuals_.Prepare(Points(), with_jacobians);
   }
 
-  // r(u_s)/√S and its derivatives by the numbers, shape [K, size()].
+  // r(u_s)/√S and its derivatives by the numbers, shape [num_residuals(), size()]. Of more
+  // residuals than latent numbers it is [r, ∂r/∂u] = Q·U as U has it: their square, gradient and
+  // JᵀJ.
   bool Copy(int draw, double* residual, double* jacobian) {
     const double weight = 1 / std::sqrt(double(num_draws()));
     Eigen::VectorXd r;
     RowMatrix by_latent;
     if (!residuals_.Residuals(draw, &r, jacobian == nullptr ? nullptr : &by_latent)) return false;
-    Eigen::Map<Eigen::VectorXd>(residual, r.size()) = weight * r;
-    if (jacobian == nullptr) return true;
+    Eigen::Map<Eigen::VectorXd> seen(residual, num_residuals());
+    if (jacobian == nullptr) {
+      if (r.size() == seen.size())
+        seen = weight * r;
+      else
+        seen = weight * r.norm() * Eigen::VectorXd::Unit(seen.size(), 0);
+      return true;
+    }
     if (kind_ == SampleKind::kMode)
       information_ += weight * weight * by_latent.transpose() * by_latent;
+    if (r.size() > seen.size()) Compress(r, by_latent);
+    seen = weight * r;
     Chain(draw, weight * by_latent,
           Eigen::Map<RowMatrix>(jacobian, num_residuals(), layout_.size()));
     return true;
@@ -120,6 +134,16 @@ class Evaluation final : public ceres::EvaluationCallback {
     Eigen::VectorXd point(2 * posterior_.size());
     point << posterior_.mean, posterior_.factor.diagonal();
     return point.replicate(1, num_draws());
+  }
+
+  static void Compress(Eigen::VectorXd& r, RowMatrix& by_latent) {
+    const Eigen::Index latents = by_latent.cols();
+    Eigen::MatrixXd both(r.size(), latents + 1);
+    both << by_latent, r;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(std::move(both));
+    const Eigen::MatrixXd upper = qr.matrixQR().topRows(latents + 1).triangularView<Eigen::Upper>();
+    by_latent = upper.leftCols(latents);
+    r = upper.col(latents);
   }
 
   void Chain(int draw, const RowMatrix& by_latent, Eigen::Map<RowMatrix> by_number) const {
