@@ -159,29 +159,43 @@ bool CoversMiddle(const GrayImage& image) {
   return image.at(static_cast<int>(m.m10 / m.m00), static_cast<int>(m.m01 / m.m00)) >= 0.5f;
 }
 
-// The silhouette in a picture for which IsSilhouette holds.
-Silhouette CleanSilhouette(GrayImage picture, const std::string& where) {
+// The levels and the mask of a picture for which IsSilhouette holds, once they are scaled to 0 and
+// 1 where they are far from them, and white on black is inverted.
+struct TwoTones {
+  TwoLevels levels;
+  cv::Mat1b mask;
+  bool was_inverted = false;
+};
+TwoTones ScaleTones(GrayImage& picture) {
   constexpr double kInverted = 0.98;  // of the border
-  Silhouette silhouette;
-  Segmentation& done = silhouette.segmentation;
-  TwoLevels levels = FindLevels(picture);
+  TwoTones tones{.levels = FindLevels(picture), .mask = {}};
+  TwoLevels& levels = tones.levels;
   if (levels.low > kLevelTolerance || levels.high < 1 - kLevelTolerance) {
     for (float& c : picture.coverage)
       c = static_cast<float>(std::clamp((c - levels.low) / (levels.high - levels.low), 0.0, 1.0));
     levels = {0, 1};
   }
-  cv::Mat1b mask = Threshold(picture);
-  if (cv::mean(mask, BorderMask(mask.size()))[0] > kInverted) {
-    for (float& c : picture.coverage) c = 1 - c;
-    mask = 1 - mask;
-    levels = {1 - levels.high, 1 - levels.low};
-    done.seen.push_back("the picture is white on black and was inverted");
-  }
-  done.background = levels.low;
-  done.cloth = levels.high;
-  done.cut = CutOthers(where, &mask);
-  done.filled = FillClothHoles(where, &mask, &done.seen);
-  if (!done.cut.empty() || !done.filled.empty() || !done.seen.empty()) ApplyMask(mask, &picture);
+  tones.mask = Threshold(picture);
+  tones.was_inverted = cv::mean(tones.mask, BorderMask(tones.mask.size()))[0] > kInverted;
+  if (!tones.was_inverted) return tones;
+  for (float& c : picture.coverage) c = 1 - c;
+  tones.mask = 1 - tones.mask;
+  levels = {1 - levels.high, 1 - levels.low};
+  return tones;
+}
+
+// The silhouette in a picture for which IsSilhouette holds.
+Silhouette CleanSilhouette(GrayImage picture, const std::string& where) {
+  Silhouette silhouette;
+  Segmentation& done = silhouette.segmentation;
+  TwoTones tones = ScaleTones(picture);
+  if (tones.was_inverted) done.seen.push_back("the picture is white on black and was inverted");
+  done.background = tones.levels.low;
+  done.cloth = tones.levels.high;
+  done.cut = CutOthers(where, &tones.mask);
+  done.filled = FillClothHoles(where, &tones.mask, &done.seen);
+  if (!done.cut.empty() || !done.filled.empty() || !done.seen.empty())
+    ApplyMask(tones.mask, &picture);
   silhouette.image = std::move(picture);
   return silhouette;
 }
@@ -266,6 +280,16 @@ Silhouette ReadSilhouette(const std::string& path) {
   if (IsSilhouette(picture))
     if (Silhouette found = CleanSilhouette(picture, path); CoversMiddle(found.image)) return found;
   return DevelopSilhouette(ReadPhotograph(path), path);
+}
+
+GrayImage ReadMask(const std::string& path) {
+  GrayImage picture = ReadImage(path);
+  CheckPicture(picture, path);
+  if (!IsSilhouette(picture))
+    throw InputError(path,
+                     "a picture with grey levels, expected a mask: cloth black, all else white");
+  ScaleTones(picture);
+  return picture;
 }
 
 }  // namespace drape

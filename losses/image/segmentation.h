@@ -103,4 +103,9 @@ Silhouette SegmentSilhouette(GrayImage picture, const std::string& where);
 // Reads a file, and makes its silhouette; throws as ReadImage and SegmentSilhouette do.
 Silhouette ReadSilhouette(const std::string& path);
 
+// Reads a mask of a cloth that is seen from any side, so its parts and holes are the cloth's own.
+// Levels are scaled and white on black is inverted, as by SegmentSilhouette. Throws as ReadImage
+// does, and InputError for a picture with fewer than 16×16 pixels, or not of two levels.
+GrayImage ReadMask(const std::string& path);
+
 }  // namespace drape

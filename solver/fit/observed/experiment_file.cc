@@ -182,8 +182,7 @@ int CountAtOutline(const GrayImage& image) {
 Measurement MakeSilhouetteMeasurement(const JsonInput& input, const std::string& folder) {
   input.ExpectKeys(WithCommonKeys({"silhouette", "view", "half_width"}));
   const std::string path = ResolvePath(input.At("silhouette"), folder);
-  const GrayImage image =
-      NamingKey(input.At("silhouette").Name(), [&] { return ReadSilhouette(path).image; });
+  const GrayImage image = NamingKey(input.At("silhouette").Name(), [&] { return ReadMask(path); });
   const View view = ReadView(input.At("view"), folder);
   RequireSize(input.At("silhouette"), image.width, image.height, view.camera);
   SoftSilhouetteOptions soft;

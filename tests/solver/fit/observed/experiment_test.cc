@@ -368,6 +368,33 @@ TEST_F(ExperimentFileTest, PixelsAtTheOutlineOfASilhouetteCount) {
   EXPECT_NEAR(EnlargeByCommon(0.5, 24), std::sqrt(2.0), 1e-15);
 }
 
+// Seen from the side a cloth may arch over its middle, have holes and come in parts. A picture with
+// grey levels could be of anything.
+TEST_F(ExperimentFileTest, ASilhouetteFromTheSideIsReadAsItIs) {
+  GrayImage image(64, 64);
+  const auto fill = [&](int left, int top, int right, int bottom, float coverage) {
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x) image.at(x, y) = coverage;
+  };
+  fill(8, 10, 56, 14, 1.0f);   // an arch
+  fill(8, 14, 16, 50, 1.0f);   // with two legs
+  fill(48, 14, 56, 50, 1.0f);  // one of which
+  fill(50, 20, 53, 24, 0.0f);  // has a hole
+  fill(26, 40, 34, 50, 1.0f);  // a part in front
+  WritePng(image, Path("side.png"));
+  Camera camera;
+  camera.width = camera.height = 64;
+  const std::string fit =
+      R"({"silhouette": "side.png", "sigma": 1, "view": )" + CameraJson(camera).dump() + "}";
+  const Eigen::VectorXd read = Read(fit).measurements[0].data;
+  EXPECT_EQ(read,
+            Eigen::Map<const Eigen::VectorXf>(image.coverage.data(), read.size()).cast<double>());
+  fill(0, 0, 64, 5, 0.4f);
+  WritePng(image, Path("side.png"));
+  EXPECT_INPUT_ERROR(Read(fit), "silhouette': " + Path("side.png") +
+                                    ": a picture with grey levels, expected a mask");
+}
+
 // Who reads of a file that is missing or wrong also reads which key led to it.
 TEST_F(ExperimentFileTest, AnErrorOfAnotherFileNamesTheKey) {
   EXPECT_INPUT_ERROR(Read(R"({"markers": "none.csv", "sigma": 1})"),
