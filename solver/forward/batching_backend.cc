@@ -19,7 +19,7 @@
 #include <vector>
 
 namespace drape {
-namespace {
+namespace batching {
 
 enum class CallKind {
   kUnbatched,
@@ -32,6 +32,7 @@ enum class CallKind {
 
 // Calls of equal keys can be joined, except those of kUnbatched.
 struct CallKey {
+  const Backend* inner = nullptr;
   CallKind kind = CallKind::kUnbatched;
   RolloutOptions rollout;
   EquilibriumOptions equilibrium;
@@ -79,7 +80,9 @@ void AnswerTogether(std::span<Call* const> joined,
 // Synchronises the threads of the tasks with the one that answers their calls.
 class BatchScheduler {
  public:
-  explicit BatchScheduler(int threads) : running_(threads) {}
+  // is_open: further threads may register until it is closed.
+  explicit BatchScheduler(int threads, bool is_open = false)
+      : running_(threads), is_open_(is_open) {}
 
   // Returns when the call of a task is answered, or throws its error.
   void Wait(int task, Call& call) {
@@ -94,13 +97,24 @@ class BatchScheduler {
     const std::lock_guard lock(mutex_);
     errors_.emplace(task, std::move(error));
   }
+  // Returns the number of the thread, from 0.
+  int Register() {
+    const std::lock_guard lock(mutex_);
+    ++running_;
+    return registered_++;
+  }
   void Deregister(int threads) {
     const std::lock_guard lock(mutex_);
     running_ -= threads;
     NotifyWhenAllWait();
   }
+  void Close() {
+    const std::lock_guard lock(mutex_);
+    is_open_ = false;
+    NotifyWhenAllWait();
+  }
 
-  // Answers calls until all threads are deregistered.
+  // Answers calls until all threads are deregistered and no further one may come.
   void ServeUntilDone() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -128,7 +142,9 @@ class BatchScheduler {
   }
 
  private:
-  bool AllWait() const { return static_cast<int>(waiting_.size()) == running_; }
+  bool AllWait() const {
+    return static_cast<int>(waiting_.size()) == running_ && (running_ > 0 || !is_open_);
+  }
   void NotifyWhenAllWait() {
     if (AllWait()) all_wait_.notify_one();
   }
@@ -177,6 +193,8 @@ class BatchScheduler {
   std::map<int, Call*> waiting_;              // by task
   std::map<int, std::exception_ptr> errors_;  // that left a task
   int running_;                               // threads
+  bool is_open_;
+  int registered_ = 0;
 };
 
 class Task final : public BatchingBackend {
@@ -201,7 +219,7 @@ class Task final : public BatchingBackend {
       return CallUnbatched(batch.size(),
                            [&] { return inner_->Rollouts(batch, options, recordings); });
     return Join<RolloutResult>(
-        {CallKind::kRollouts, options, {}}, batch, {},
+        {inner_, CallKind::kRollouts, options, {}}, batch, {},
         [&](const Inputs& all) { return inner_->Rollouts(all.batch, options, nullptr); });
   }
 
@@ -210,7 +228,7 @@ class Task final : public BatchingBackend {
                                       const RolloutOptions& options) override {
     CHECK_EQ(weights.size(), batch.size());
     return Join<TangentResult>(
-        {CallKind::kTangents, options, {}}, batch, weights,
+        {inner_, CallKind::kTangents, options, {}}, batch, weights,
         [&](const Inputs& all) { return inner_->Tangents(all.batch, all.weights, options); });
   }
 
@@ -225,7 +243,7 @@ class Task final : public BatchingBackend {
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions& options) override {
     return Join<EquilibriumResult>(
-        {CallKind::kEquilibria, {}, options}, batch, {},
+        {inner_, CallKind::kEquilibria, {}, options}, batch, {},
         [&](const Inputs& all) { return inner_->Equilibria(all.batch, options); });
   }
 
@@ -233,7 +251,7 @@ class Task final : public BatchingBackend {
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
     CHECK_EQ(weights.size(), batch.size());
     return Join<RowMatrix>(
-        {CallKind::kEquilibriumTangents, {}, {}}, batch, weights,
+        {inner_, CallKind::kEquilibriumTangents, {}, {}}, batch, weights,
         [&](const Inputs& all) { return inner_->EquilibriumTangents(all.batch, all.weights); });
   }
 
@@ -241,7 +259,7 @@ class Task final : public BatchingBackend {
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
     CHECK_EQ(changes.size(), batch.size());
     return Join<Eigen::VectorXd>(
-        {CallKind::kEquilibriumJvp, {}, {}}, batch, changes,
+        {inner_, CallKind::kEquilibriumJvp, {}, {}}, batch, changes,
         [&](const Inputs& all) { return inner_->EquilibriumJvp(all.batch, all.weights); });
   }
 
@@ -278,17 +296,17 @@ class Task final : public BatchingBackend {
   int index_;
 };
 
-}  // namespace
+}  // namespace batching
 
 void RunBatched(Backend& inner, int count, int max_threads,
                 const std::function<void(BatchingBackend&)>& work) {
   CHECK_GE(max_threads, 1);
   const int wanted = std::min(count, max_threads);
-  BatchScheduler scheduler(wanted);
+  batching::BatchScheduler scheduler(wanted);
   std::atomic<int> next = 0;
   const auto run_tasks = [&] {
     for (int i = next++; i < count && !scheduler.failed(); i = next++) {
-      Task task(&inner, &scheduler, i);
+      batching::Task task(&inner, &scheduler, i);
       try {
         work(task);
       } catch (...) {
@@ -307,6 +325,28 @@ void RunBatched(Backend& inner, int count, int max_threads,
   scheduler.ServeUntilDone();
   threads.clear();
   scheduler.RethrowFirst();
+}
+
+struct SharedBackends::State {
+  batching::BatchScheduler scheduler{0, true};
+  std::mutex mutex;
+  std::map<std::string, std::unique_ptr<Backend>> backends;  // by key
+  std::jthread server{[this] { scheduler.ServeUntilDone(); }};
+};
+
+SharedBackends::SharedBackends() : state_(std::make_unique<State>()) {}
+SharedBackends::~SharedBackends() { state_->scheduler.Close(); }
+
+SharedBackends::Member::Member(SharedBackends& all)
+    : all_(all), index_(all.state_->scheduler.Register()) {}
+SharedBackends::Member::~Member() { all_.state_->scheduler.Deregister(1); }
+
+std::unique_ptr<Backend> SharedBackends::Member::Share(
+    const std::string& key, const std::function<std::unique_ptr<Backend>()>& make) {
+  const std::lock_guard lock(all_.state_->mutex);
+  std::unique_ptr<Backend>& inner = all_.state_->backends[key];
+  if (inner == nullptr) inner = make();
+  return std::make_unique<batching::Task>(inner.get(), &all_.state_->scheduler, index_);
 }
 
 }  // namespace drape

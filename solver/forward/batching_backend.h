@@ -2,6 +2,8 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <string>
 
 #include "physics/simulation/backend.h"
 
@@ -31,5 +33,36 @@ class BatchingBackend : public Backend {
 // all have ended; of several, that of the lowest task.
 void RunBatched(Backend& inner, int count, int max_threads,
                 const std::function<void(BatchingBackend&)>& work);
+
+// Backends that threads share which come and go: calls of one backend are answered together, as by
+// RunBatched, when every member waits in a call. Where an answer throws, each of its calls does.
+class SharedBackends {
+ public:
+  SharedBackends();
+  SharedBackends(const SharedBackends&) = delete;
+  SharedBackends& operator=(const SharedBackends&) = delete;
+  ~SharedBackends();  // after that of all members
+
+  // What one thread uses, and threads that it waits for, one at a time.
+  class Member {
+   public:
+    explicit Member(SharedBackends& all);
+    Member(const Member&) = delete;
+    Member& operator=(const Member&) = delete;
+    ~Member();
+    // A backend that passes calls on to the one of this key, which the first call for the key
+    // makes. The member outlives it.
+    std::unique_ptr<Backend> Share(const std::string& key,
+                                   const std::function<std::unique_ptr<Backend>()>& make);
+
+   private:
+    SharedBackends& all_;
+    int index_;
+  };
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace drape

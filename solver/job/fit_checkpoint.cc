@@ -162,7 +162,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
   const auto& [images, captures, source, specimens, lab_measurements, experiment, material, density,
-               ground_truth, notes, log_lines] = data;
+               ground_truth, notes, log_lines, shared] = data;
   const FitProblem& problem = input.problem;
   if (experiment.empty() && (FindExperiment(problem) != nullptr || !problem.further.empty()))
     throw InputError("checkpoint",

@@ -17,7 +17,7 @@ namespace {
 constexpr char kPooledSearchMesh[] = "disc:1200";
 
 FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const std::string& mesh,
-                          std::string* device) {
+                          SharedBackends::Member* shared, std::string* device) {
   FitInput::Cloth cloth;
   cloth.model = std::make_shared<const ClothModel>(
       ParseMeshSpec(mesh, {}, discs), CusickScene(spec.contact, discs.support), MakeLaw(spec.law));
@@ -28,7 +28,12 @@ FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const st
                             discs.support));
   RequireDiscs(*cloth.model, discs, mesh);
   RequireThinCloth(*cloth.model);
-  cloth.backend = MakeBackend(spec.backend, cloth.model, spec.threads, device);
+  const auto make = [&] { return MakeBackend(spec.backend, cloth.model, spec.threads, device); };
+  const auto key = [&] {
+    return Format("%s %.17g %.17g", mesh.c_str(), discs.specimen, discs.support);
+  };
+  cloth.backend = shared == nullptr ? make() : shared->Share(key(), make);
+  if (device != nullptr && device->empty()) *device = cloth.backend->name();
   return cloth;
 }
 
@@ -63,16 +68,16 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
   return meshes;
 }
 
-void MakeCloths(const FitSpec& spec, FitInput* input) {
-  input->fine = MakeCloth(spec, input->discs, spec.mesh, &input->device);
-  input->coarse = MakeCloth(spec, input->discs, spec.coarse_mesh, nullptr);
+void MakeCloths(const FitSpec& spec, SharedBackends::Member* shared, FitInput* input) {
+  input->fine = MakeCloth(spec, input->discs, spec.mesh, shared, &input->device);
+  input->coarse = MakeCloth(spec, input->discs, spec.coarse_mesh, shared, nullptr);
   input->problem.fine = input->fine.backend.get();
   input->problem.coarse = input->coarse.backend.get();
   FitSpec searched = spec;
   if (input->problem.is_pooled && spec.search_mesh == FitSpec().search_mesh)
     searched.search_mesh = kPooledSearchMesh;
   for (const std::string& mesh : SearchMeshes(searched, input->discs, &input->notes)) {
-    input->search.push_back(MakeCloth(spec, input->discs, mesh, nullptr));
+    input->search.push_back(MakeCloth(spec, input->discs, mesh, shared, nullptr));
     input->problem.search.push_back(input->search.back().backend.get());
   }
 }

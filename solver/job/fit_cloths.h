@@ -18,8 +18,8 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& dis
                                       std::vector<std::string>* notes);
 
 // Makes the cloths of images, of spec.mesh, the search meshes and spec.coarse_mesh, with their
-// backends, and points the problem to them. Throws InputError for a mesh that does not suit the
-// discs.
-void MakeCloths(const FitSpec& spec, FitInput* input);
+// backends, and points the problem to them. shared: FitData::shared. Throws InputError for a mesh
+// that does not suit the discs.
+void MakeCloths(const FitSpec& spec, SharedBackends::Member* shared, FitInput* input);
 
 }  // namespace drape

@@ -8,6 +8,7 @@
 #include "losses/dataset/dataset.h"
 #include "physics/material/material_io.h"
 #include "solver/fit/observed/observation.h"
+#include "solver/forward/batching_backend.h"
 
 namespace drape {
 
@@ -24,6 +25,8 @@ struct FitData {
   std::string ground_truth;        // tables that the images were made with, compared; empty: none
   std::vector<std::string> notes;  // on the data, for summary and log
   std::vector<std::string> log_lines;  // on the data, for the log alone
+  // With which fits of one spec run side by side share their backends; null: none.
+  SharedBackends::Member* shared = nullptr;
 
   std::size_t num_observations() const { return images.size() + captures.size(); }
 };

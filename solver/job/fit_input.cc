@@ -361,7 +361,7 @@ FitInput MakeFitInput(const FitSpec& spec, ObservedFabric fabric) {
   UsePool(spec, &input);
   NoteDensity({}, &input);
   input.prior = ReadPrior(spec, problem.material.density);
-  MakeCloths(spec, &input);
+  MakeCloths(spec, nullptr, &input);
   return input;
 }
 
@@ -569,7 +569,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (!measurements.empty())
     input.strips = std::make_unique<Strips>(std::move(measurements), MakeLaw(spec.law));
   UsePool(spec, &input);
-  if (!input.problem.observations.empty()) MakeCloths(spec, &input);
+  if (!input.problem.observations.empty()) MakeCloths(spec, data.shared, &input);
   input.files = record.files();
   return input;
 }

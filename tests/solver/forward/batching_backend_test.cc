@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/summed_tangents.h"
@@ -165,6 +166,31 @@ TEST_F(BatchingBackendTest, CallsOfOneKindAreOneBatch) {
   });
   EXPECT_THAT(inner_.batches, ElementsAre("r16", "t12", "e24", "d7", "j16"));
   EXPECT_THAT(inner_.callers, ElementsAre(std::this_thread::get_id()));
+}
+
+// Threads that come and go: the last goes on alone when the others have left.
+TEST_F(BatchingBackendTest, ThreadsShareABackend) {
+  std::vector<std::string>* batches = nullptr;
+  {
+    SharedBackends shared;
+    std::vector<std::unique_ptr<SharedBackends::Member>> members;
+    for (int i = 0; i < 3; ++i) members.push_back(std::make_unique<SharedBackends::Member>(shared));
+    const auto make = [&] {
+      auto inner = std::make_unique<SumBackend>();
+      EXPECT_EQ(std::exchange(batches, &inner->batches), nullptr) << "one for each key";
+      return inner;
+    };
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 3; ++i)
+      threads.emplace_back([&, i] {
+        const auto backend = members[i]->Share("disc", make);
+        Roll(*backend, i, 2);
+        if (i == 2) Rest(*backend, i, 1);
+        members[i].reset();
+      });
+    threads.clear();
+    EXPECT_THAT(*batches, ElementsAre("r6", "e1"));
+  }
 }
 
 // Of a real backend: the bits of a joined call are those of a call of its own.

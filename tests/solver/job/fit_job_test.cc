@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "losses/metrics/metrics.h"
@@ -268,6 +270,30 @@ TEST_F(FitJobTest, BayesKeepsTheOutlinesOfItsSamples) {
               posterior["sample_rms_px"].get<double>(), 1e-9);
   EXPECT_NEAR(weights.mean() - radii * std::log(metre), posterior["elbo"].get<double>(), 1e-6);
   EXPECT_NEAR(ParetoShape(weights), posterior["pareto_k"].get<double>(), 1e-6);
+}
+
+// Two at once, of two priors, have the bits that each has alone.
+TEST_F(FitJobTest, FitsThatShareBackendsAreTheirOwn) {
+  const auto fit = [this](int i, SharedBackends* all) {
+    FitSpec spec = spec_;
+    spec.stages.prior_sigma = 0.5 * (i + 1);
+    FitFiles files = files_;
+    files.out = folder_ / std::to_string(i);
+    files.checkpoint = files.out + ".json";
+    files.log = files.out + ".log";
+    std::filesystem::create_directories(files.out);
+    std::optional<SharedBackends::Member> member;
+    FitData data = data_;
+    if (all != nullptr) data.shared = &member.emplace(*all);
+    EXPECT_TRUE(RunFitJob(spec, data, files, {}).fitted);
+    return ReadJsonFile(files.out + "/material.json").at("stretch");
+  };
+  const nlohmann::json alone[] = {fit(0, nullptr), fit(1, nullptr)};
+  ASSERT_NE(alone[0], alone[1]);
+  SharedBackends shared;
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 2; ++i)
+    threads.emplace_back([&, i] { EXPECT_EQ(fit(i, &shared), alone[i]); });
 }
 
 // One drape under two names says no more than under one.

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "cuda/make_backend.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
@@ -23,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+constexpr int kFitsOnGpu = 32;  // at once; their drapes go there together
 
 struct Single {
   std::string name;
@@ -101,19 +105,21 @@ json MakeRow(const json& summary) {
   return row;
 }
 
-std::optional<json> FitSingle(const FitSpec& spec, const Single& single, const std::string& folder,
+std::optional<json> FitSingle(const FitSpec& spec, const FitData& data, const std::string& folder,
                               const RunControl& control) {
-  const FolderFit fit = FitIntoFolder(spec, single.data, folder, MakePartProvenance, control);
+  const FolderFit fit = FitIntoFolder(spec, data, folder, MakePartProvenance, control);
   if (fit.cancelled || control.cancelled()) return {};
   if (!fit.failure.empty()) return json{{"failure", fit.failure}};
   return MakeRow(ParseJson(ReadOwnFile(folder + "/summary.json"), folder));
 }
 
 // The files that a fit reads, up to the one that it refuses.
-StudyCell MakeCell(const FitSpec& spec, const Single& single) {
+StudyCell MakeCell(const FitSpec& spec, const Single& single, SharedBackends::Member* shared) {
   return CheckedCell(single.name, {{"image", single.name}}, [&] {
     try {
-      ReadFitInput(spec, single.data);
+      FitData data = single.data;
+      data.shared = shared;
+      ReadFitInput(spec, data);
     } catch (const InputError&) {
     }
   });
@@ -167,16 +173,27 @@ ToolOutcome FitEach(const FitToolOptions& options, FitSpec spec, const FitData& 
                     const RunControl& control) {
   const std::vector<Single> singles = SplitData(data);
   CheckData(options, data, singles);
-  const StudyOptions run{.out = options.out, .threads = spec.threads};
-  spec.threads = std::max(1, spec.threads / int(singles.size()));
+  const bool on_gpu = spec.backend == "cuda" || (spec.backend == "auto" && !UsableGpu().empty());
+  const StudyOptions run{.out = options.out, .threads = on_gpu ? kFitsOnGpu : spec.threads};
+  if (!on_gpu) spec.threads = std::max(1, spec.threads / int(singles.size()));
+  SharedBackends shared;
+  using Member = std::optional<SharedBackends::Member>;
+  const auto join = [&](Member& member) { return on_gpu ? &member.emplace(shared) : nullptr; };
   FitToolOptions copy = options;
   Study study{.name = "each",
               .settings = OptionSettings(FitTable(copy), {"threads", "each", "data_fabric",
                                                           "samples", "captures", "face"})};
-  for (const Single& single : singles) study.cells.push_back(MakeCell(spec, single));
+  {
+    Member member;
+    SharedBackends::Member* const joined = join(member);
+    for (const Single& single : singles) study.cells.push_back(MakeCell(spec, single, joined));
+  }
   const auto folder = [&](std::size_t k) { return options.out + "/" + singles[k].name; };
   study.run = [&](std::size_t k, const RunControl& part) {
-    return FitSingle(spec, singles[k], folder(k), part);
+    Member member;
+    FitData one = singles[k].data;
+    one.shared = join(member);
+    return FitSingle(spec, one, folder(k), part);
   };
   study.is_whole = [&](std::size_t k, const json& result) {
     return result.contains("failure") || fs::exists(folder(k) + "/summary.json");
