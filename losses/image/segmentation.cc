@@ -40,6 +40,25 @@ TwoLevels FindLevels(const GrayImage& image) {
   return {mean(1 - high), mean(high)};
 }
 
+cv::Mat1b Threshold(const GrayImage& image) { return (CoveragePlane(image) >= 0.5f) / 255; }
+
+// What is far from the edges between ground and cloth, whose pixels are mixed, and its levels.
+struct Plateaus {
+  TwoLevels levels;
+  cv::Mat1b ground, cloth;
+};
+Plateaus FindPlateaus(const GrayImage& image) {
+  constexpr int kReach = 3;  // [px]
+  const cv::Mat1b mask = Threshold(image);
+  Plateaus found{FindLevels(image), 1 - Dilated(mask, kReach), Eroded(mask, kReach)};
+  const auto refine = [&](double& level, const cv::Mat1b& where) {
+    if (cv::countNonZero(where) > 0) level = cv::mean(CoveragePlane(image), where)[0];
+  };
+  refine(found.levels.low, found.ground);
+  refine(found.levels.high, found.cloth);
+  return found;
+}
+
 std::string At(const PicturePart& part) {
   return Format("%lld px at (%.0f, %.0f)", static_cast<long long>(part.pixels), part.column,
                 part.row);
@@ -128,8 +147,6 @@ std::vector<PicturePart> FillClothHoles(const std::string& where, cv::Mat1b* mas
   return holes;
 }
 
-cv::Mat1b Threshold(const GrayImage& image) { return (CoveragePlane(image) >= 0.5f) / 255; }
-
 // The coverage near the edge of the mask, and the mask elsewhere. Near the edge a pixel of a cut
 // part or of a hole takes the value of the mask, too.
 void ApplyMask(const cv::Mat1b& mask, GrayImage* image) {
@@ -168,7 +185,7 @@ struct TwoTones {
 };
 TwoTones ScaleTones(GrayImage& picture) {
   constexpr double kInverted = 0.98;  // of the border
-  TwoTones tones{.levels = FindLevels(picture), .mask = {}};
+  TwoTones tones{.levels = FindPlateaus(picture).levels, .mask = {}};
   TwoLevels& levels = tones.levels;
   if (levels.low > kLevelTolerance || levels.high < 1 - kLevelTolerance) {
     for (float& c : picture.coverage)
@@ -245,22 +262,18 @@ std::vector<std::string> Segmentation::Notes() const {
 }
 
 bool IsSilhouette(const GrayImage& image) {
-  constexpr int kReach = 3;              // [px] from an edge within which levels are mixed
   constexpr double kFarthest = 0.2;      // of a level from 0 or 1
   constexpr double kSameLevel = 0.04;    // of coverage; published images: .02
   constexpr double kMostBetween = 5e-4;  // of the pixels; published images: 2e-4
-  const TwoLevels levels = FindLevels(image);
-  if (levels.low > kFarthest || levels.high < 1 - kFarthest) return false;
-  const cv::Mat1b mask = Threshold(image), least = Eroded(mask, kReach),
-                  most = Dilated(mask, kReach);
-  int64_t between = 0;
-  for (int row = 0; row < image.height; ++row)
-    for (int col = 0; col < image.width; ++col) {
-      const double level = mask(row, col) ? levels.high : levels.low;
-      between +=
-          least(row, col) == most(row, col) && std::abs(image.at(col, row) - level) > kSameLevel;
-    }
-  return static_cast<double>(between) <= kMostBetween * static_cast<double>(mask.total());
+  const Plateaus found = FindPlateaus(image);
+  if (found.levels.low > kFarthest || found.levels.high < 1 - kFarthest) return false;
+  const auto count_off = [&](double level, const cv::Mat1b& where) {
+    const cv::Mat off = cv::abs(CoveragePlane(image) - level) > kSameLevel;
+    return cv::countNonZero(off & where);
+  };
+  const int between =
+      count_off(found.levels.low, found.ground) + count_off(found.levels.high, found.cloth);
+  return between <= kMostBetween * static_cast<double>(found.cloth.total());
 }
 
 Silhouette SegmentSilhouette(GrayImage picture, const std::string& where) {
