@@ -4,8 +4,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
+#include <deque>
+#include <mutex>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "physics/mesh/triangulate.h"
 #include "physics/util/errors.h"
@@ -110,6 +114,24 @@ Mesh FlatMesh(const Eigen::Matrix2Xd& points, const Edges& edges) {
   return BuildMesh(x, uv, Triangulate(uv, ranked), "disc");
 }
 
+Mesh BuildDisc(const DiscOptions& options) {
+  const Layout n = MakeLayout(options);
+  const double gap = n.edge / 2, row = n.edge * std::numbers::sqrt3 / 2;
+  const int first_inner = n.ring + n.hem, first_outer = first_inner + n.inner;
+  Eigen::Matrix2Xd points(2, options.target_vertices);
+  std::mt19937_64 random(1);
+  AddRing(points, 0, n.ring, options.support_radius);
+  AddRing(points, n.ring, n.hem, options.radius);
+  AddScattered(points, first_inner, n.inner, 0, options.support_radius - gap, row, random);
+  AddScattered(points, first_outer, n.outer, options.support_radius + gap, options.radius - gap,
+               row, random);
+  const Edges edges = RingEdges(0, n.ring);
+  for (int step = 0; step < kRelaxationSteps; ++step) {
+    MoveToCentroids(Triangulate(points, edges), first_inner, points);
+  }
+  return FlatMesh(points, edges);
+}
+
 }  // namespace
 
 std::string ToString(const DrapeDiscs& discs) {
@@ -131,23 +153,21 @@ std::optional<DrapeDiscs> ParseDiscsLine(const std::string& line) {
   return DrapeDiscs{specimen / 2, support / 2};
 }
 
+// Keeps the last discs, since a fit makes the same ones several times, and fits side by side too.
 Mesh MakeDisc(const DiscOptions& options) {
+  constexpr std::size_t kMostKept = 8;
+  constexpr int kMostVertices = 10000;  // of one that is kept
   CheckOptions(options);
-  const Layout n = MakeLayout(options);
-  const double gap = n.edge / 2, row = n.edge * std::numbers::sqrt3 / 2;
-  const int first_inner = n.ring + n.hem, first_outer = first_inner + n.inner;
-  Eigen::Matrix2Xd points(2, options.target_vertices);
-  std::mt19937_64 random(1);
-  AddRing(points, 0, n.ring, options.support_radius);
-  AddRing(points, n.ring, n.hem, options.radius);
-  AddScattered(points, first_inner, n.inner, 0, options.support_radius - gap, row, random);
-  AddScattered(points, first_outer, n.outer, options.support_radius + gap, options.radius - gap,
-               row, random);
-  const Edges edges = RingEdges(0, n.ring);
-  for (int step = 0; step < kRelaxationSteps; ++step) {
-    MoveToCentroids(Triangulate(points, edges), first_inner, points);
-  }
-  return FlatMesh(points, edges);
+  if (options.target_vertices > kMostVertices) return BuildDisc(options);
+  static std::mutex mutex;
+  static std::deque<std::pair<DiscOptions, Mesh>> kept;
+  const std::scoped_lock lock(mutex);
+  for (const auto& [made, mesh] : kept)
+    if (made.radius == options.radius && made.support_radius == options.support_radius &&
+        made.target_vertices == options.target_vertices)
+      return mesh;
+  if (kept.size() == kMostKept) kept.pop_front();
+  return kept.emplace_back(options, BuildDisc(options)).second;
 }
 
 }  // namespace drape
