@@ -80,15 +80,16 @@ void AnswerTogether(std::span<Call* const> joined,
 // Synchronises the threads of the tasks with the one that answers their calls.
 class BatchScheduler {
  public:
-  // is_open: further threads may register until it is closed.
-  explicit BatchScheduler(int threads, bool is_open = false)
-      : running_(threads), is_open_(is_open) {}
+  explicit BatchScheduler(int threads) : running_(threads) {}
+  // One for threads that register, until it is closed. It answers when half of them wait, so that
+  // some compute meanwhile.
+  static BatchScheduler Open() { return BatchScheduler(0, true); }
 
   // Returns when the call of a task is answered, or throws its error.
   void Wait(int task, Call& call) {
     std::unique_lock lock(mutex_);
     waiting_.emplace(task, &call);
-    NotifyWhenAllWait();
+    NotifyWhenReady();
     answered_.wait(lock, [&] { return call.answered; });
     if (call.error) std::rethrow_exception(call.error);
   }
@@ -106,19 +107,19 @@ class BatchScheduler {
   void Deregister(int threads) {
     const std::lock_guard lock(mutex_);
     running_ -= threads;
-    NotifyWhenAllWait();
+    NotifyWhenReady();
   }
   void Close() {
     const std::lock_guard lock(mutex_);
     is_open_ = false;
-    NotifyWhenAllWait();
+    NotifyWhenReady();
   }
 
   // Answers calls until all threads are deregistered and no further one may come.
   void ServeUntilDone() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      all_wait_.wait(lock, [&] { return AllWait(); });
+      ready_.wait(lock, [&] { return IsReady(); });
       if (running_ == 0) return;
       const std::vector<Call*> joined = TakeNext();
       const std::exception_ptr failure = errors_.empty() ? nullptr : errors_.begin()->second;
@@ -142,11 +143,15 @@ class BatchScheduler {
   }
 
  private:
-  bool AllWait() const {
-    return static_cast<int>(waiting_.size()) == running_ && (running_ > 0 || !is_open_);
+  BatchScheduler(int threads, bool is_open) : running_(threads), is_open_(is_open) {}
+
+  bool IsReady() const {
+    const auto waiting = static_cast<int>(waiting_.size());
+    if (is_open_) return running_ > 0 && 2 * waiting >= running_;
+    return waiting == running_;
   }
-  void NotifyWhenAllWait() {
-    if (AllWait()) all_wait_.notify_one();
+  void NotifyWhenReady() {
+    if (IsReady()) ready_.notify_one();
   }
 
   static std::exception_ptr Answer(const std::vector<Call*>& joined) {
@@ -189,11 +194,11 @@ class BatchScheduler {
   }
 
   std::mutex mutex_;
-  std::condition_variable all_wait_, answered_;
+  std::condition_variable ready_, answered_;
   std::map<int, Call*> waiting_;              // by task
   std::map<int, std::exception_ptr> errors_;  // that left a task
   int running_;                               // threads
-  bool is_open_;
+  bool is_open_ = false;
   int registered_ = 0;
 };
 
@@ -328,7 +333,7 @@ void RunBatched(Backend& inner, int count, int max_threads,
 }
 
 struct SharedBackends::State {
-  batching::BatchScheduler scheduler{0, true};
+  batching::BatchScheduler scheduler = batching::BatchScheduler::Open();
   std::mutex mutex;
   std::map<std::string, std::unique_ptr<Backend>> backends;  // by key
   std::jthread server{[this] { scheduler.ServeUntilDone(); }};

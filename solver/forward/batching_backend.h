@@ -35,7 +35,8 @@ void RunBatched(Backend& inner, int count, int max_threads,
                 const std::function<void(BatchingBackend&)>& work);
 
 // Backends that threads share which come and go: calls of one backend are answered together, as by
-// RunBatched, when every member waits in a call. Where an answer throws, each of its calls does.
+// RunBatched, but already when half of the members wait in one. Which calls are joined depends on
+// the timing of threads, and no bit of an answer does. Where an answer throws, its calls do.
 class SharedBackends {
  public:
   SharedBackends();

@@ -17,7 +17,9 @@
 namespace drape {
 namespace {
 
+using testing::AnyOf;
 using testing::ElementsAre;
+using testing::UnorderedElementsAre;
 
 // Answers x + density [+ h] of each input and keeps the sizes of its batches, by kind.
 class SumBackend final : public Backend {
@@ -168,7 +170,7 @@ TEST_F(BatchingBackendTest, CallsOfOneKindAreOneBatch) {
   EXPECT_THAT(inner_.callers, ElementsAre(std::this_thread::get_id()));
 }
 
-// Threads that come and go: the last goes on alone when the others have left.
+// Of three threads that come and go two or three make a batch, and the last goes on alone.
 TEST_F(BatchingBackendTest, ThreadsShareABackend) {
   std::vector<std::string>* batches = nullptr;
   {
@@ -189,7 +191,8 @@ TEST_F(BatchingBackendTest, ThreadsShareABackend) {
         members[i].reset();
       });
     threads.clear();
-    EXPECT_THAT(*batches, ElementsAre("r6", "e1"));
+    EXPECT_THAT(*batches,
+                AnyOf(UnorderedElementsAre("r6", "e1"), UnorderedElementsAre("r4", "r2", "e1")));
   }
 }
 

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kFitsOnGpu = 32;  // at once; their drapes go there together
+constexpr int kFitsOnGpu = 128;  // at once; their drapes go there together
 
 struct Single {
   std::string name;
@@ -183,11 +183,12 @@ ToolOutcome FitEach(const FitToolOptions& options, FitSpec spec, const FitData& 
   Study study{.name = "each",
               .settings = OptionSettings(FitTable(copy), {"threads", "each", "data_fabric",
                                                           "samples", "captures", "face"})};
-  {
+  study.cells.resize(singles.size());
+  RunInThreads(int(singles.size()), run.threads, control.cancel, [&](int k) {
     Member member;
-    SharedBackends::Member* const joined = join(member);
-    for (const Single& single : singles) study.cells.push_back(MakeCell(spec, single, joined));
-  }
+    study.cells[k] = MakeCell(spec, singles[k], join(member));
+  });
+  if (control.cancelled()) return {.cancelled = true};
   const auto folder = [&](std::size_t k) { return options.out + "/" + singles[k].name; };
   study.run = [&](std::size_t k, const RunControl& part) {
     Member member;
