@@ -410,11 +410,12 @@ class BatchNewton {
 // Right-hand sides of a chunk: ∂f/∂p of the shapes.
 using FillRhs = std::function<void(const LaunchContext& on, const ImplicitWorkspace& workspace)>;
 
-// Solves for chunks of the batch, `columns` right-hand sides each, of which the results keep the
-// first `used`; a result is empty where it is not solved.
+// Solves for chunks of the batch, `columns` right-hand sides each, of which a result keeps the
+// first used(input); it is empty where it is not solved.
 template <class Result>
 void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch,
-                 std::span<const MaterialField* const> weights, int used, int columns,
+                 std::span<const MaterialField* const> weights,
+                 const std::function<int(const RolloutInput&)>& used, int columns,
                  const FillRhs& fill_rhs, std::span<Result> results) {
   const DeviceCloth& cloth = resources.cloth();
   const std::size_t dofs = cloth.view().num_dofs(), numbers = dofs * columns;
@@ -435,12 +436,14 @@ void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch
     fill_rhs(on, w);
     const std::vector<char> solved = SolveStiffness(resources, w, shapes, false, columns);
     const std::vector<double> host = Download(w.x, count * numbers);
+#pragma omp parallel for num_threads(resources.threads())
     for (std::size_t i = 0; i < count; ++i) {
       Result& result = results[first + i];
       result = Result();
       if (!solved[i]) continue;
-      result.resize(dofs, used);
-      cloth.ToMeshOrder(host.data() + i * numbers, used, columns, result.data());
+      result.resize(dofs, used(chunk[i]));
+      cloth.ToMeshOrder(host.data() + i * numbers, static_cast<int>(result.cols()), columns,
+                        result.data());
     }
   });
 }
@@ -464,8 +467,13 @@ void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<RowMatrix> results) {
   // The column of the density is in the padding; the other numbers of DynamicsEntry are of motions.
   static_assert(kByDensity == 0 && kPaddedEntries == kMaterialEntries + 1);
+  const auto wants_dynamics = [](const RolloutInput& input) {
+    return input.tangent != nullptr && input.tangent->dynamics;
+  };
   SolveChunks(
-      resources_, batch, weights, kPaddedEntries, kPaddedEntries,
+      resources_, batch, weights,
+      [&](const RolloutInput& input) { return kMaterialEntries + (wants_dynamics(input) ? 1 : 0); },
+      kPaddedEntries,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs, kPaddedEntries);
         LaunchDynamicsColumns(on, {w.step.v, w.step.v, 1.0},
@@ -475,22 +483,17 @@ void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                .count = kByDensity + 1});
       },
       results);
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    if (results[i].size() == 0) continue;
-    const bool dynamics = batch[i].tangent != nullptr && batch[i].tangent->dynamics;
-    const int used = kMaterialEntries + (dynamics ? 1 : 0);
-    RowMatrix wanted =
-        RowMatrix::Zero(results[i].rows(), kMaterialEntries + (dynamics ? kDynamicsEntries : 0));
-    wanted.leftCols(used) = results[i].leftCols(used);
-    results[i] = std::move(wanted);
-  }
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    if (results[i].size() > 0 && wants_dynamics(batch[i]))
+      results[i].conservativeResizeLike(
+          RowMatrix::Zero(results[i].rows(), kMaterialEntries + kDynamicsEntries));
 }
 
 void EquilibriumEngine::Jvp(std::span<const RolloutInput> batch,
                             std::span<const MaterialField* const> changes,
                             std::span<Eigen::VectorXd> results) {
   SolveChunks(
-      resources_, batch, changes, 1, 1,
+      resources_, batch, changes, [](const RolloutInput&) { return 1; }, 1,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchDirectionRhs(on, w.factors, w.rhs);
       },

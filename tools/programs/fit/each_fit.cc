@@ -26,7 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kFitsOnGpu = 128;  // at once; their drapes go there together
+// At once, whose drapes go to the GPU together, and the host threads of what they share: more spin
+// while it computes.
+constexpr int kFitsOnGpu = 128, kThreadsBesideGpu = 4;
 
 struct Single {
   std::string name;
@@ -175,7 +177,8 @@ ToolOutcome FitEach(const FitToolOptions& options, FitSpec spec, const FitData& 
   CheckData(options, data, singles);
   const bool on_gpu = spec.backend == "cuda" || (spec.backend == "auto" && !UsableGpu().empty());
   const StudyOptions run{.out = options.out, .threads = on_gpu ? kFitsOnGpu : spec.threads};
-  if (!on_gpu) spec.threads = std::max(1, spec.threads / int(singles.size()));
+  spec.threads = on_gpu ? std::min(spec.threads, kThreadsBesideGpu)
+                        : std::max(1, spec.threads / int(singles.size()));
   SharedBackends shared;
   using Member = std::optional<SharedBackends::Member>;
   const auto join = [&](Member& member) { return on_gpu ? &member.emplace(shared) : nullptr; };
