@@ -324,6 +324,22 @@ GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge, const std::stri
   return Assembler(pattern, edge, where).Result();
 }
 
+void CheckSeams(const GarmentMesh& garment, const Pattern& pattern, const std::string& where) {
+  const std::vector<int> first = FirstOfGroups(garment);
+  std::set<std::set<int>> known;
+  for (const Face& face : garment.mesh.faces) {
+    std::set<int> corners;
+    for (const int i : face.vertex) corners.insert(first[i]);
+    if (corners.size() < 3 || known.insert(corners).second) continue;
+    size_t panel = 0;
+    while (garment.panel_begin[panel + 1] <= face.vertex[0]) ++panel;
+    throw InputError(where, "found seams that lay a face of panel '" +
+                                MakePrintableLine(pattern.panels[panel].name) +
+                                "' on another one, expected a seam in the other direction, or "
+                                "shorter edges");
+  }
+}
+
 SewnGarment Sew(const GarmentMesh& garment, const Law& law) {
   SewnGarment sewn{.vertex_of = Number(FirstOfGroups(garment))};
   const int count = 1 + *std::max_element(sewn.vertex_of.begin(), sewn.vertex_of.end());

@@ -46,6 +46,10 @@ struct GarmentMesh {
 GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge,
                             const std::string& where = "garment");
 
+// Throws InputError that names `where` and the panel if seams lay two faces on one another, which
+// contact cannot part: one of the wrong direction does so near a corner.
+void CheckSeams(const GarmentMesh& garment, const Pattern& pattern, const std::string& where);
+
 // A garment as one cloth under gravity, ready to be worn: the vertices that a stitch joins are one.
 struct SewnGarment {
   // Faces and hinges are those of the panels in their rest state. The panels do not fit together

@@ -301,11 +301,18 @@ class Wearing {
 
 }  // namespace
 
+constexpr int kSweeps = 1000;
+
+Eigen::VectorXd DrawSeams(const SewnGarment& garment) {
+  Eigen::VectorXd x = garment.start_x;
+  DrawTogether(garment, {}, {}, kSweeps, HUGE_VAL, x);
+  return x;
+}
+
 State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options,
                   uint64_t seed) {
   const Contact contact = BodyContact(body, options, 0.0, 0.0);
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
-  constexpr int kSweeps = 1000;
   DrawTogether(garment, contact, {}, kSweeps, MostMove(body), state.x);
   if (options.start_noise > 0.0) {
     std::mt19937_64 random(seed);

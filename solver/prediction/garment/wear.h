@@ -127,6 +127,9 @@ struct WearResult {
   int frames = 0;           // handed to on_frame
 };
 
+// Where a garment is once its seams are drawn together without a body [m], shape [3V].
+Eigen::VectorXd DrawSeams(const SewnGarment& garment);
+
 // The garment before its first step: out of the body at t = 0, its faces as well where they come
 // out by moving their vertices up to 30 mm (FindStartPiercing). It may intersect itself, which
 // contact cannot undo (FindStartIntersection). seed: of the noise.

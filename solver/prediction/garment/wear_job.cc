@@ -122,14 +122,21 @@ void LiftFromHips(const Eigen::AlignedBox3d& body, const std::string& where, Pat
                    below, lift));
 }
 
-// The angle between arms and body at which the sleeves wait, or 0. Sleeves are panels that lie on
-// one side of a person of usual height and reach up to the shoulders.
-double GuessArmAngle(const Pattern& pattern) {
+struct SleevePanels {
+  std::array<std::vector<int>, 2> panels;  // left, right
+  double arm_angle = 0;                    // between arms and body [rad]; 0: there are none
+};
+
+// Sleeves are panels that lie on one side of a person of usual height and reach up to the
+// shoulders.
+SleevePanels FindSleeves(const Pattern& pattern) {
   constexpr double kHeight = 1.7, kSide = .16, kReach = 1.2;  // [m]
   constexpr double kShoulderX = .17, kShoulderZ = 1.365;      // [m]
   const double lift = LowestCorner(pattern) < -kBelow ? kHips * kHeight : 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();  // of the two corners of each cuff
-  for (const Panel& panel : pattern.panels) {
+  SleevePanels found;
+  for (size_t i = 0; i < pattern.panels.size(); ++i) {
+    const Panel& panel = pattern.panels[i];
     Eigen::AlignedBox3d box;
     std::vector<Eigen::Vector2d> corners;  // from the shoulder
     for (const PatternEdge& edge : panel.outline) {
@@ -142,9 +149,36 @@ double GuessArmAngle(const Pattern& pattern) {
     std::sort(corners.begin(), corners.end(),
               [](const auto& a, const auto& b) { return a.norm() > b.norm(); });
     sum += corners[0] + corners[1];
+    found.panels[box.max().x() < 0].push_back(static_cast<int>(i));
   }
-  if (sum.isZero()) return 0;
-  return std::clamp(std::atan2(sum.x(), -sum.y()), kRestArmAngle, M_PI / 2);
+  if (!sum.isZero())
+    found.arm_angle = std::clamp(std::atan2(sum.x(), -sum.y()), kRestArmAngle, M_PI / 2);
+  return found;
+}
+
+// Where the sleeves of a garment are once its seams are drawn together, which moves and turns them.
+Sleeves DrawnSleeves(const SleevePanels& sleeves, const GarmentMesh& garment,
+                     const SewnGarment& sewn) {
+  const Eigen::VectorXd x = DrawSeams(sewn);
+  Sleeves drawn;
+  for (int side = 0; side < 2; ++side) {
+    std::vector<Eigen::Vector3d> from, to;
+    for (const int panel : sleeves.panels[side])
+      for (int i = garment.panel_begin[panel]; i < garment.panel_begin[panel + 1]; ++i) {
+        from.emplace_back(garment.start_x.segment<3>(3 * i));
+        to.emplace_back(x.segment<3>(3 * sewn.vertex_of[i]));
+      }
+    if (from.empty()) continue;
+    const auto columns = [](const std::vector<Eigen::Vector3d>& points) {
+      return Eigen::Map<const Eigen::Matrix3Xd>(points[0].data(), 3, std::ssize(points));
+    };
+    const Eigen::Matrix3d turned = Eigen::umeyama(columns(from)({0, 2}, Eigen::all).eval(),
+                                                  columns(to)({0, 2}, Eigen::all).eval(), false);
+    const double turn = std::atan2(turned(1, 0), turned(0, 0));
+    const double raised = std::max(0.0, side == 0 ? turn : -turn);  // without an arm it droops
+    drawn[side] = {columns(to).rowwise().mean(), sleeves.arm_angle + raised};
+  }
+  return drawn;
 }
 
 // Why a garment is not worn at the end: of its vertices those that have dropped least hold it. x, v
@@ -278,12 +312,15 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
   const bool of_others = pattern_.arm_angle == 0;
-  if (of_others) pattern_.arm_angle = GuessArmAngle(pattern_);
+  const SleevePanels sleeves = FindSleeves(pattern_);
+  if (of_others) pattern_.arm_angle = sleeves.arm_angle;
   body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files, of_others);
   if (body_->num_files() > 0) spec_.body_files = body_->files();
   if (of_others) LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
+  if (spec.wear.self_contact) CheckSeams(garment_, pattern_, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
+  if (sleeves.arm_angle > 0) body_->ReachInto(DrawnSleeves(sleeves, garment_, sewn_));
   ChooseSteps(&spec_);
   // Where other programs have the cores, threads that wait for one another cost more than they
   // gain.

@@ -122,7 +122,7 @@ void CheckNoLaterFrame(const FrameNames& names, int end) {
                                             " exists, expected a file of each number");
 }
 
-// The arms of a standing person, which turn about the shoulders for dressing.
+// The arms of a standing person, which move about the shoulders for dressing.
 class Arms {
  public:
   Arms() = default;
@@ -135,21 +135,23 @@ class Arms {
     const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
     share_ = Eigen::VectorXd::Zero(x.size() / 3);
     for (const int side : {1, -1}) {
-      const Vector3d joint(side * kShoulderWidth * height, 0, low + kShoulderHeight * height);
-      Vector3d tip = joint;
+      Arm& arm = arms_[side < 0];
+      arm.joint = {side * kShoulderWidth * height, 0, low + kShoulderHeight * height};
+      Vector3d tip = arm.joint;
       for (int i = 0; i < share_.size(); ++i) {
         const Vector3d p = Vertex(x, i);
         if (side * p.x() < kOut * height || side * p.x() > kReach * height ||
             p.z() < low + kAboveKnees * height)
           continue;
-        if (across(p - joint).norm() > across(tip - joint).norm()) tip = p;
+        if (across(p - arm.joint).norm() > across(tip - arm.joint).norm()) tip = p;
       }
-      const Vector3d along = across(tip - joint).normalized();
-      if (across(tip - joint).norm() < 3 * kLeast * height) continue;
-      joint_[side < 0] = joint;
-      turn_[side < 0] = side * (std::atan2(side * along.x(), -along.z()) - angle);
+      arm.length = across(tip - arm.joint).norm();
+      const Vector3d along = across(tip - arm.joint).normalized();
+      if (arm.length < 3 * kLeast * height) continue;
+      arm.hangs = std::atan2(side * along.x(), -along.z());
+      Turn(side < 0, angle);
       for (int i = 0; i < share_.size(); ++i) {
-        const Vector3d p = across(Vertex(contracted, i) - joint);
+        const Vector3d p = across(Vertex(contracted, i) - arm.joint);
         const double far = p.dot(along), off = (p - far * along).norm();
         const double share = SmoothStep(far / (kLeast * height)) *
                              (1 - SmoothStep((off / height - kLeast / 2) / kLeast));
@@ -157,21 +159,52 @@ class Arms {
       }
     }
   }
-  // Turns the arms of x by a share of their way.
-  void Turn(double share, Eigen::VectorXd& x) const {
+  // Turns an arm to an angle off the body [rad].
+  void Turn(int side, double angle) {
+    arms_[side].turn =
+        Eigen::AngleAxisd((side == 0 ? 1 : -1) * (arms_[side].hangs - angle), Vector3d::UnitY());
+  }
+  // Moves the middle of an arm to that of its sleeve. x: the body as it begins until then.
+  void Shift(int side, const Vector3d& sleeve, const Eigen::VectorXd& x) {
+    if (arms_[side].length > 0) arms_[side].shift = sleeve - Middle(x, side, sleeve);
+  }
+  // Moves the arms of x by a share of their way.
+  void Move(double share, Eigen::VectorXd& x) const {
     for (int i = 0; i < share_.size(); ++i) {
-      const int side = share_[i] < 0;
-      const Eigen::AngleAxisd turn(share * std::abs(share_[i]) * turn_[side], Vector3d::UnitY());
-      x.segment<3>(3 * i) = joint_[side] + turn * (Vertex(x, i) - joint_[side]);
+      const Arm& arm = arms_[share_[i] < 0];
+      const double part = share * std::abs(share_[i]);
+      const Eigen::AngleAxisd turn(part * arm.turn.angle(), arm.turn.axis());
+      x.segment<3>(3 * i) = arm.joint + part * arm.shift + turn * (Vertex(x, i) - arm.joint);
     }
   }
 
  private:
+  struct Arm {
+    Vector3d joint = Vector3d::Zero(), shift = Vector3d::Zero();  // [m]
+    double length = 0, hangs = 0;                                 // [m]; off the body [rad]
+    Eigen::AngleAxisd turn = Eigen::AngleAxisd::Identity();
+  };
   static Vector3d across(const Vector3d& p) { return {p.x(), 0, p.z()}; }
 
-  Eigen::VectorXd share_;  // of the turn, of each vertex; negative: of the right arm
-  std::array<Vector3d, 2> joint_ = {Vector3d::Zero(), Vector3d::Zero()};
-  std::array<double, 2> turn_ = {};  // about y [rad]
+  // The middle of an arm, as far from its shoulder as a place.
+  Vector3d Middle(const Eigen::VectorXd& x, int side, const Vector3d& place) const {
+    constexpr double kWidth = .03;  // [m]
+    const Arm& arm = arms_[side];
+    const double far = std::min((place - arm.joint).norm(), arm.length - kWidth);
+    Vector3d sum = Vector3d::Zero();
+    double weights = 0;
+    for (int i = 0; i < share_.size(); ++i) {
+      if (share_[i] == 0 || (share_[i] < 0) != (side == 1)) continue;
+      const double apart = ((Vertex(x, i) - arm.joint).norm() - far) / kWidth;
+      const double weight = std::abs(share_[i]) * std::exp(-apart * apart);
+      sum += weight * Vertex(x, i);
+      weights += weight;
+    }
+    return sum / weights;
+  }
+
+  Eigen::VectorXd share_;  // of the motion, of each vertex; negative: of the right arm
+  std::array<Arm, 2> arms_ = {};
 };
 
 // How far the vertices of a body are off when it begins to grow [m]: towards its limbs' axes. Legs
@@ -198,12 +231,11 @@ class BodySequence : public Body {
     num_files_ = static_cast<int>(frames_.size());
     if (files.grow) {
       start_ = weightless_until_ = kGrowSeconds;
-      const Eigen::VectorXd contracted = Contract({frames_[0], this->triangles()}, kLimb);
-      shrunk_ = Shrunk(frames_[0], contracted);
       if (arm_angle > 0) {
-        arms_ = Arms(frames_[0], contracted, arm_angle);
+        arms_ = Arms(frames_[0], Contract({frames_[0], this->triangles()}, kLimb), arm_angle);
         start_ += kLowerSeconds;
       }
+      Begin();
     }
     rests_after_ = start_ + (num_files_ - 1) / files_.frames_per_second;
     double low = HUGE_VAL, high = -HUGE_VAL;
@@ -223,9 +255,20 @@ class BodySequence : public Body {
 
   Eigen::VectorXd Positions(double t) const override {
     if (t >= start_) return Grown(t);
-    Eigen::VectorXd x = frames_[0] + (1 - SmoothStep(t / kGrowSeconds)) * shrunk_;
-    arms_.Turn(1 - SmoothStep((t - kGrowSeconds) / kLowerSeconds), x);
-    return x;
+    Eigen::VectorXd x = frames_[0];
+    arms_.Move(1 - SmoothStep((t - kGrowSeconds) / kLowerSeconds), x);
+    return x + (1 - SmoothStep(t / kGrowSeconds)) * shrunk_;
+  }
+
+  void ReachInto(const Sleeves& sleeves) override {
+    if (!files_.grow) return;
+    for (int side = 0; side < 2; ++side)
+      if (sleeves[side].angle > 0) arms_.Turn(side, sleeves[side].angle);
+    Begin();
+    const Eigen::VectorXd x = Positions(0);
+    for (int side = 0; side < 2; ++side)
+      if (sleeves[side].angle > 0) arms_.Shift(side, sleeves[side].middle, x);
+    Begin();
   }
 
   Eigen::Isometry3d PelvisMotion(double t) const override {
@@ -239,6 +282,12 @@ class BodySequence : public Body {
   }
 
  private:
+  // Draws the limbs together where they wait for the garment.
+  void Begin() {
+    Eigen::VectorXd x = frames_[0];
+    arms_.Move(1, x);
+    shrunk_ = Shrunk(x, Contract({x, triangles()}, kLimb));
+  }
   // Positions of the body as it is grown, from the beginning.
   Eigen::VectorXd Grown(double t) const {
     const double last = static_cast<double>(frames_.size()) - 1;
@@ -288,6 +337,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   } else if (!meetings->empty()) {
     NoteInput(first_path, *meetings + ": cloth meets what is outside, and may be pinched there");
   }
+  double most = PressIn(body);
   std::vector<Eigen::VectorXd> frames = {body.x};
   Eigen::VectorXd before = first.x;
   for (int k = start + 1;
@@ -298,10 +348,16 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
     CheckSameFaces(next, first, path, first_path);
     CheckSpeed(before, next.x, frames_per_second, path, names.Name(k - 1));
     before = next.x;
-    frames.push_back(wrap ? wrap->At(next.x) : next.x);
-    if (meetings == "" && FindMeetings({frames.back(), body.triangles}, path) != "")
+    ObjSurface posed{wrap ? wrap->At(next.x) : next.x, body.triangles};
+    if (meetings == "" && FindMeetings(posed, path) != "")
       NoteInput(path, "the body meets itself from here on, and may pinch cloth");
+    most = std::max(most, PressIn(posed));
+    frames.push_back(std::move(posed.x));
   }
+  if (most > 0)
+    NoteInput(first_path, Format("parts that face one another at less than %g mm, as thighs may, "
+                                 "are pressed in by up to %.1f mm: cloth fits between them",
+                                 1e3 * kPartGap, 1e3 * most));
   if (!names.is_one()) CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
   return std::make_unique<BodySequence>(std::move(body.triangles), std::move(frames), found,
                                         arm_angle);

@@ -39,6 +39,14 @@ Eigen::Matrix3d Frame(const Eigen::VectorXd& x, const Triangle& t) {
 
 Point ToPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
+using Shapes = std::vector<Kernel::Triangle_3>;
+using Tree = CGAL::AABB_tree<
+    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Shapes::const_iterator>>>;
+
+Kernel::Triangle_3 Shape(const Eigen::VectorXd& x, const Triangle& t) {
+  return {ToPoint(Vertex(x, t[0])), ToPoint(Vertex(x, t[1])), ToPoint(Vertex(x, t[2]))};
+}
+
 }  // namespace
 
 ObjSurface Wrap(const ObjSurface& surface) {
@@ -71,18 +79,15 @@ ObjSurface Wrap(const ObjSurface& surface) {
 
 Follower::Follower(const ObjSurface& surface, const Eigen::VectorXd& points)
     : place_(3, points.size() / 3) {
-  using Shapes = std::vector<Kernel::Triangle_3>;
-  using Primitive = CGAL::AABB_triangle_primitive<Kernel, Shapes::const_iterator>;
   Shapes shapes;
   std::vector<Triangle> kept;
   for (const Triangle& t : surface.triangles) {
     const Eigen::Matrix3d frame = Frame(surface.x, t);
     if (!(frame.determinant() > 1e-12)) continue;  // [m²]
     kept.push_back(t);
-    shapes.emplace_back(ToPoint(Vertex(surface.x, t[0])), ToPoint(Vertex(surface.x, t[1])),
-                        ToPoint(Vertex(surface.x, t[2])));
+    shapes.push_back(Shape(surface.x, t));
   }
-  const CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>> tree(shapes.cbegin(), shapes.cend());
+  const Tree tree(shapes.cbegin(), shapes.cend());
   for (Eigen::Index i = 0; i < place_.cols(); ++i) {
     const Vector3d p = points.segment<3>(3 * i);
     const Triangle& t = kept[tree.closest_point_and_primitive(ToPoint(p)).second - shapes.cbegin()];
@@ -97,6 +102,58 @@ Eigen::VectorXd Follower::At(const Eigen::VectorXd& x) const {
     points.segment<3>(3 * i) =
         Vertex(x, triangles_[i][0]) + Frame(x, triangles_[i]) * place_.col(i);
   return points;
+}
+
+double PressIn(ObjSurface& surface) {
+  constexpr double kThick = .04;  // thinner parts, as fingers and ears, keep their shape [m]
+  constexpr double kFar = 10;     // [m]
+  constexpr double kHead = .84;   // of the height: lips and ears above keep their shape
+  const auto heights = surface.x.reshaped(3, surface.x.size() / 3).row(2);
+  const double head = (1 - kHead) * heights.minCoeff() + kHead * heights.maxCoeff();
+  Shapes shapes;
+  Eigen::Matrix3Xd normal = Eigen::Matrix3Xd::Zero(3, surface.x.size() / 3);
+  for (const Triangle& t : surface.triangles) {
+    shapes.push_back(Shape(surface.x, t));
+    const Vector3d p = Vertex(surface.x, t[0]);
+    for (const int i : t)
+      normal.col(i) += (Vertex(surface.x, t[1]) - p).cross(Vertex(surface.x, t[2]) - p);
+  }
+  normal.colwise().normalize();
+  const Tree tree(shapes.cbegin(), shapes.cend());
+  Eigen::VectorXd pressed = surface.x;
+  double most = 0;
+  std::vector<Shapes::const_iterator> met;
+  for (int i = 0; i < normal.cols(); ++i) {
+    const Vector3d p = Vertex(surface.x, i), n = normal.col(i);
+    if (p.z() > head) continue;
+    // Along `way`: how far off the next face is that vertex i is not part of, `reach` for none, and
+    // by how many faces it leaves a part more than it enters one.
+    const auto meet = [&](const Vector3d& from, const Vector3d& way, double reach) {
+      met.clear();
+      tree.all_intersected_primitives(Kernel::Segment_3(ToPoint(from), ToPoint(p + reach * way)),
+                                      std::back_inserter(met));
+      std::pair<double, int> found(reach, 0);
+      for (const auto shape : met) {
+        const Triangle& t = surface.triangles[shape - shapes.cbegin()];
+        if (std::find(t.begin(), t.end(), i) != t.end()) continue;
+        const Vector3d facing = Frame(surface.x, t).col(2);
+        found.first =
+            std::min(found.first, (Vertex(surface.x, t[0]) - p).dot(facing) / way.dot(facing));
+        found.second += facing.dot(way) > 0 ? 1 : -1;
+      }
+      return found;
+    };
+    const Vector3d under = p - 1e-6 * n;  // where other parts touch the surface from outside
+    const double behind = meet(under, -n, kPartGap).first;
+    const bool inside = behind < kPartGap && meet(p, n, kFar).second > 0;  // of another part
+    const double gap = inside ? -behind : meet(p, n, kPartGap).first;
+    if (gap == kPartGap || (!inside && meet(under, -n, kThick).first < kThick)) continue;
+    const double press = (kPartGap - gap) / 2;
+    pressed.segment<3>(3 * i) -= press * n;
+    most = std::max(most, press);
+  }
+  surface.x = pressed;
+  return most;
 }
 
 Eigen::VectorXd Contract(const ObjSurface& surface, double length) {

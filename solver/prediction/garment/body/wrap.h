@@ -29,6 +29,13 @@ class Follower {
   Eigen::Matrix3Xd place_;                     // in the frame of its triangle
 };
 
+inline constexpr double kPartGap = .012;  // between parts of a body that face one another [m]
+
+// Presses in the closed surface of a person, z up, where parts of it face one another, such as
+// thighs, or meet, so that cloth fits between them: by at most kPartGap, and not the head. Returns
+// the most that a vertex moves [m].
+double PressIn(ObjSurface& surface);
+
 // The vertices of a closed surface after one implicit step of its mean curvature flow [Desbrun
 // 1999], which draws limbs of a radius below `length` [m] together to their axes: shape [3V].
 Eigen::VectorXd Contract(const ObjSurface& surface, double length);

@@ -109,6 +109,17 @@ TEST(GarmentMesh, RefusesSizesThatDoNotFit) {
   EXPECT_INPUT_ERROR(MakeGarmentMesh(narrow, .05, "shirt.json"), "shirt.json: found panel 'a'");
 }
 
+// Two triangles that are sewn together all around are one face of a coarse mesh, twice.
+TEST(GarmentMesh, RefusesFacesOnOneAnother) {
+  Pattern bag = TwoPanels(false);
+  for (Panel& panel : bag.panels)
+    panel.outline = {{{0, 0}, {.1, 0}}, {{.1, 0}, {.1, .1}}, {{.1, .1}, {0, 0}}};
+  bag.stitches = {{{0, 0}, {1, 0}, true}, {{0, 1}, {1, 1}, true}, {{0, 2}, {1, 2}, true}};
+  EXPECT_INPUT_ERROR(CheckSeams(MakeGarmentMesh(bag, .1), bag, "bag.json"),
+                     "bag.json: found seams that lay a face of panel 'b' on another one");
+  EXPECT_NO_THROW(CheckSeams(MakeGarmentMesh(TwoPanels(false), .03), TwoPanels(false), "two"));
+}
+
 class ShippedGarment : public ::testing::TestWithParam<const char*> {
  protected:
   static Pattern Read() {

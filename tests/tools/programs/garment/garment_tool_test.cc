@@ -12,6 +12,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
+#include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 #include "solver/prediction/garment/wear_job.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
@@ -185,6 +186,22 @@ TEST_F(GarmentTool, ABodyThatPassesThroughTheClothIsRefused) {
              "--body_up=z", "--body_scale=1", "--body_offset=0,0,0"}),
       "the body passes through");
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
+// The sleeves wait for a T-pose; the arms hang down. Without its key the angle is guessed.
+TEST_F(GarmentTool, RaisesArmsIntoSleevesOfAnotherPose) {
+  const Mannequin mannequin(MotionKind::kStand);
+  WriteObj(Path("body.obj"), ObjSurface{mannequin.PositionsInPose({}, 1), mannequin.triangles()});
+  std::string shirt = Read(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/t_shirt.json");
+  const std::string angle = "\"arm_angle\": 80,";
+  ASSERT_NE(shirt.find(angle), std::string::npos);
+  shirt.replace(shirt.find(angle), angle.size(), "");
+  WriteFileAtomically(Path("shirt.json"), shirt);
+  const ProcessResult result =
+      Dress({"--garment=" + Path("shirt.json"), "--body=" + Path("body.obj"), "--fabric=" + kFabric,
+             "--seconds=0.08", "--preview", "--out=" + Path("out")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("runs").at(0).at("body_intersections"), 0);
 }
 
 TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {

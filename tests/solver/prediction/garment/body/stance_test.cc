@@ -169,6 +169,38 @@ TEST(Contract, DrawsASphereTogether) {
   EXPECT_LT((Contract(ball, kLength) - expected * ball.x).cwiseAbs().maxCoeff(), .01 * kRadius);
 }
 
+// Two balls of 20 cm, apart by `gap`, or of 2 cm, as fingers.
+struct Pair {
+  explicit Pair(double gap, double radius = .1) {
+    for (const int side : {1, -1})
+      Append(Surface(test::MakeBall(radius, 4), {side * (radius + gap / 2), 0, 1}), &surface);
+    before = surface;
+    most = PressIn(surface);
+  }
+  // Between the balls, where they were nearest [m].
+  double Gap() const {
+    const auto x = surface.x.reshaped(3, surface.x.size() / 3).row(0);
+    const Eigen::Index half = x.size() / 2;
+    return x.head(half).minCoeff() - x.tail(half).maxCoeff();
+  }
+  ObjSurface surface = {}, before;
+  double most;
+};
+
+TEST(PressIn, MakesRoomForClothBetweenParts) {
+  const Pair near(.004), touching(0), meeting(-.003), apart(kPartGap + 1e-4), thin(.004, .01);
+  EXPECT_NEAR(near.most, .004, 1e-4);
+  for (const Pair& pair : {near, touching, meeting}) {
+    EXPECT_GT(pair.Gap(), .8 * kPartGap);
+    EXPECT_LT(pair.Gap(), kPartGap + 1e-4);
+  }
+  EXPECT_THAT(FindSelfIntersections(meeting.surface.triangles, meeting.surface.x), IsEmpty());
+  for (const Pair& pair : {apart, thin}) {
+    EXPECT_EQ(pair.most, 0);
+    EXPECT_EQ(pair.surface.x, pair.before.x);
+  }
+}
+
 class ForeignBodyTest : public FileFixture {
  protected:
   std::unique_ptr<Body> Read(const ObjSurface& surface, double arm_angle = 0) const {
@@ -206,6 +238,26 @@ TEST_F(ForeignBodyTest, TurnsItsArms) {
   pose.arm_lift = {level - kRestArmAngle, level - kRestArmAngle};
   const Vector3d expected = farthest(Mannequin(MotionKind::kStand).PositionsInPose(pose, 1));
   EXPECT_LT((hand - expected).norm(), .05) << hand.transpose() << " for " << expected.transpose();
+  EXPECT_THAT(FindSelfIntersections(body->triangles(), body->Positions(kGrowSeconds)), IsEmpty());
+  EXPECT_LT((body->Positions(1.25) - Person().x).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+// The arms begin in the middles of sleeves that wait higher up and further to the front.
+TEST_F(ForeignBodyTest, ReachesIntoSleeves) {
+  const auto body = Read(Person(), 1.2);
+  const Vector3d left(.42, -.03, 1.36), right(-.42, -.01, 1.34);
+  const auto middle = [&](const Vector3d& sleeve) {
+    const Eigen::VectorXd x = body->Positions(0);
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (Eigen::Index i = 0; i < x.size(); i += 3)
+      if (std::abs(x[i] - sleeve.x()) < .03 && x[i + 2] > 1.1 && ++count) sum += x.segment<3>(i);
+    return Vector3d(sum / count);
+  };
+  EXPECT_GT((middle(left) - left).norm(), .04);
+  body->ReachInto({{{left, 1.2}, {right, 1.3}}});
+  EXPECT_LT((middle(left) - left).norm(), .02) << middle(left).transpose();
+  EXPECT_LT((middle(right) - right).norm(), .02) << middle(right).transpose();
   EXPECT_THAT(FindSelfIntersections(body->triangles(), body->Positions(kGrowSeconds)), IsEmpty());
   EXPECT_LT((body->Positions(1.25) - Person().x).cwiseAbs().maxCoeff(), 1e-4);
 }
