@@ -348,9 +348,9 @@ RecordOptions MakeRecordOptions(const ExportToolOptions& options) {
 
 std::string RoundTripText(const RoundTrip& trip) {
   if (trip.pairs == 0) return Format("none of %d starts comes to rest with both", trip.starts);
-  return Format("DC %.1f -> %.1f %% (%+.1f), nodes %.1f -> %.1f", 100.0 * trip.dc_original,
-                100.0 * trip.dc_exported, 100.0 * (trip.dc_exported - trip.dc_original),
-                trip.nodes_original, trip.nodes_exported);
+  return Format("DC %+.1f points (%.1f -> %.1f %%), nodes %.1f -> %.1f",
+                100.0 * (trip.dc_exported - trip.dc_original), 100.0 * trip.dc_original,
+                100.0 * trip.dc_exported, trip.nodes_original, trip.nodes_exported);
 }
 
 std::string TargetText(const ExportedTarget& exported, const std::string& folder, double edge) {
@@ -358,10 +358,9 @@ std::string TargetText(const ExportedTarget& exported, const std::string& folder
   std::string text = Format("%-8s %s/%s\n", std::string(ToString(exported.target)).c_str(),
                             folder.c_str(), material.file.c_str());
   text += (material.verified ? "  verified: " : "  not verified: ") + material.evidence + "\n";
-  if (exported.round_trip) text += "  here:  " + RoundTripText(*exported.round_trip) + "\n";
   if (exported.unfitted)
     text += Format(
-        "         by hinges of %g mm, with %.2f times the rigidities (the bending length of a "
+        "  here:  by hinges of %g mm, with %.2f times the rigidities (the bending length of a "
         "strip "
         "x %.2f)\n"
         "         with the fabric's own rigidities: %s\n",
@@ -398,12 +397,17 @@ Json TargetJson(const ExportedTarget& exported) {
            exported.unfitted ? RoundTripJson(*exported.unfitted) : Json(nullptr)}};
 }
 
-// The record, and of each target its file, what is lost and the round trip.
+// How the fabric drapes in each target, then the record, and of each target its file and losses.
 std::string ExportText(const ExportRun& run) {
   if (run.cancelled) return "cancelled: nothing was written\n";
-  std::string text = MakePrintableLine(run.record.source.material.name) + ", linear at " +
-                     (run.record.point == LinearPoint::kRest ? "zero strain and curvature\n"
-                                                             : "the curvatures of its drape\n");
+  std::string text;
+  for (const ExportedTarget& target : run.targets)
+    if (target.round_trip)
+      text += Format("%-8s ", std::string(ToString(target.target)).c_str()) +
+              RoundTripText(*target.round_trip) + "\n";
+  text += MakePrintableLine(run.record.source.material.name) + ", linear at " +
+          (run.record.point == LinearPoint::kRest ? "zero strain and curvature\n"
+                                                  : "the curvatures of its drape\n");
   for (const LaboratoryRow& number : run.record.numbers) text += "  " + number.Text() + "\n";
   text += Format("  %-10s %11.4g kg/m2\n", "density", run.record.material.density);
   for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out, run.edge);

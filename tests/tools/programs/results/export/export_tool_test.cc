@@ -81,6 +81,7 @@ TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
     EXPECT_LT(unfitted.at("dc_change"), -0.05) << target;
     EXPECT_NEAR(target.at("round_trip").at("dc_change"), 0.0, 0.03) << target;
   }
+  EXPECT_THAT(result.out, testing::StartsWith("arcsim   DC "));
   EXPECT_THAT(result.out, testing::HasSubstr("not verified: not run in CLO"));
   EXPECT_THAT(result.out, testing::HasSubstr("by hinges of 25 mm, with "));
 }

@@ -357,6 +357,7 @@ TEST_F(ReportTest, MeasurementsAndExportsAreTables) {
   EXPECT_THAT(page, HasSubstr("<li>tilted by 9 degrees</li>"));
   EXPECT_THAT(page, HasSubstr("<td class=\"number\">45.6</td>"));
   EXPECT_THAT(page, HasSubstr("w.jfab"));
+  EXPECT_LT(page.find("change of drape coefficient"), page.find("The linear record of wool"));
   EXPECT_THAT(
       page, HasSubstr("<th scope=\"row\">bending rigidity, warp</th><td class=\"number\">12.5</td>"
                       "<td class=\"number\">10 … 20</td><td>µN·m</td>"));

@@ -145,16 +145,16 @@ def export(folder, page):
     if folder.program != "drape_export":
         return ""
     s = folder.summary
-    rows = [(html.header(text(target, "/target")), (text(target, "/file"), ""),
-             (text(target, "/status"), ""),
+    rows = [(html.header(text(target, "/target")),
              html.number_cell(target, "/round_trip/dc_change", 100, "%+.1f"),
              html.number_cell(target, "/round_trip/nodes_change", 1, "%+.1f"),
+             (text(target, "/file"), ""), (text(target, "/status"), ""),
              ("; ".join(texts(target, "/lost")) or "nothing", ""))
             for target in items(s, "/targets")]
-    targets = html.table(rows, ("target", "file", "status", "change of drape coefficient [points]",
-                                "change of nodes", "what is lost"),
+    targets = html.table(rows, ("target", "change of drape coefficient [points]", "change of nodes",
+                                "file", "status", "what is lost"),
                          "Targets, and how the fabric drapes here with what is left of it")
-    return html.join([linear_record(find(s, "/record")), targets if rows else "",
+    return html.join([targets if rows else "", linear_record(find(s, "/record")),
                       *(html.paragraph("Samples of the posterior: " + file)
                         for file in texts(s, "/posterior_files"))])
 
