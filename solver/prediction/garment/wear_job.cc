@@ -156,29 +156,19 @@ SleevePanels FindSleeves(const Pattern& pattern) {
   return found;
 }
 
-// Where the sleeves of a garment are once its seams are drawn together, which moves and turns them.
-Sleeves DrawnSleeves(const SleevePanels& sleeves, const GarmentMesh& garment,
-                     const SewnGarment& sewn) {
+// The middles of the sleeves of a garment once its seams are drawn together, which moves them.
+std::array<Eigen::Vector3d, 2> SleeveMiddles(const SleevePanels& sleeves,
+                                             const GarmentMesh& garment, const SewnGarment& sewn) {
   const Eigen::VectorXd x = DrawSeams(sewn);
-  Sleeves drawn;
+  std::array<Eigen::Vector3d, 2> middle = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (int side = 0; side < 2; ++side) {
-    std::vector<Eigen::Vector3d> from, to;
+    int count = 0;
     for (const int panel : sleeves.panels[side])
-      for (int i = garment.panel_begin[panel]; i < garment.panel_begin[panel + 1]; ++i) {
-        from.emplace_back(garment.start_x.segment<3>(3 * i));
-        to.emplace_back(x.segment<3>(3 * sewn.vertex_of[i]));
-      }
-    if (from.empty()) continue;
-    const auto columns = [](const std::vector<Eigen::Vector3d>& points) {
-      return Eigen::Map<const Eigen::Matrix3Xd>(points[0].data(), 3, std::ssize(points));
-    };
-    const Eigen::Matrix3d turned = Eigen::umeyama(columns(from)({0, 2}, Eigen::all).eval(),
-                                                  columns(to)({0, 2}, Eigen::all).eval(), false);
-    const double turn = std::atan2(turned(1, 0), turned(0, 0));
-    const double raised = std::max(0.0, side == 0 ? turn : -turn);  // without an arm it droops
-    drawn[side] = {columns(to).rowwise().mean(), sleeves.arm_angle + raised};
+      for (int i = garment.panel_begin[panel]; i < garment.panel_begin[panel + 1]; ++i, ++count)
+        middle[side] += x.segment<3>(3 * sewn.vertex_of[i]);
+    if (count > 0) middle[side] /= count;
   }
-  return drawn;
+  return middle;
 }
 
 // Why a garment is not worn at the end: of its vertices those that have dropped least hold it. x, v
@@ -320,7 +310,7 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   if (spec.wear.self_contact) CheckSeams(garment_, pattern_, spec.garment);
   sewn_ = Sew(garment_, MakeLaw("smooth"));
-  if (sleeves.arm_angle > 0) body_->ReachInto(DrawnSleeves(sleeves, garment_, sewn_));
+  if (sleeves.arm_angle > 0) body_->ReachInto(SleeveMiddles(sleeves, garment_, sewn_));
   ChooseSteps(&spec_);
   // Where other programs have the cores, threads that wait for one another cost more than they
   // gain.

@@ -13,14 +13,8 @@
 
 namespace drape {
 
-inline constexpr double kGrowSeconds = .5;  // in which a body grows to its size [s]
-
-// Where a sleeve waits for an arm: its middle [m], and its angle off the body [rad], 0 for none.
-struct Sleeve {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double angle = 0;
-};
-using Sleeves = std::array<Sleeve, 2>;  // left, right
+inline constexpr double kGrowSeconds = .5;    // in which a body grows to its size [s]
+inline constexpr double kLowerSeconds = .75;  // in which the arms come down afterwards [s]
 
 // A moving body that wears a garment: a closed surface of triangles that stay the same while their
 // vertices move. z is up, the body faces −y, and its left is +x.
@@ -44,8 +38,9 @@ class Body {
   // The rigid motion of the pelvis since t = 0: where a point that moves with it has gone. For
   // waistbands and other rings that the body holds.
   virtual Eigen::Isometry3d PelvisMotion(double t) const = 0;
-  // Lets arms that were turned for dressing begin inside of sleeves. The mannequin's stay.
-  virtual void ReachInto(const Sleeves& /*sleeves*/) {}
+  // Lets arms that were turned for dressing begin in the middles of the left and the right sleeve
+  // [m], zero where there is none, with a note. The mannequin's stay.
+  virtual void ReachInto(const std::array<Eigen::Vector3d, 2>& /*sleeves*/) {}
 
  protected:
   Body(std::vector<std::array<int, 3>> triangles, int num_vertices)

@@ -114,9 +114,8 @@ double PressIn(ObjSurface& surface) {
   Eigen::Matrix3Xd normal = Eigen::Matrix3Xd::Zero(3, surface.x.size() / 3);
   for (const Triangle& t : surface.triangles) {
     shapes.push_back(Shape(surface.x, t));
-    const Vector3d p = Vertex(surface.x, t[0]);
-    for (const int i : t)
-      normal.col(i) += (Vertex(surface.x, t[1]) - p).cross(Vertex(surface.x, t[2]) - p);
+    const Eigen::Matrix3d frame = Frame(surface.x, t);
+    for (const int i : t) normal.col(i) += frame.col(0).cross(frame.col(1));
   }
   normal.colwise().normalize();
   const Tree tree(shapes.cbegin(), shapes.cend());
@@ -181,6 +180,22 @@ Eigen::VectorXd Contract(const ObjSurface& surface, double length) {
   const Eigen::MatrixXd x = surface.x.reshaped(3, count).transpose();
   const Eigen::MatrixXd solved = solver.solve(mass.asDiagonal() * x);
   return solved.transpose().reshaped();
+}
+
+Eigen::VectorXd Shrink(const ObjSurface& person) {
+  constexpr double kShare = .75, kHips = .5, kChest = .65;  // of the way; of the height
+  const Eigen::VectorXd& x = person.x;
+  Eigen::VectorXd shrunk = kShare * (Contract(person, kLimb) - x);
+  const auto heights = x.reshaped(3, x.size() / 3).row(2);
+  const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
+  for (Eigen::Index i = 2; i < x.size(); i += 3)
+    shrunk[i] *= SmoothStep(((x[i] - low) / height - kHips) / (kChest - kHips));
+  return shrunk;
+}
+
+double SmoothStep(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (s * (6 * s - 15) + 10);
 }
 
 }  // namespace drape

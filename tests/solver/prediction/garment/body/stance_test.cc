@@ -255,7 +255,10 @@ TEST_F(ForeignBodyTest, ReachesIntoSleeves) {
     return Vector3d(sum / count);
   };
   EXPECT_GT((middle(left) - left).norm(), .04);
-  body->ReachInto({{{left, 1.2}, {right, 1.3}}});
+  testing::internal::CaptureStderr();
+  body->ReachInto({left, right});
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              HasSubstr("in the sleeves, 136 and 134 cm above"));
   EXPECT_LT((middle(left) - left).norm(), .02) << middle(left).transpose();
   EXPECT_LT((middle(right) - right).norm(), .02) << middle(right).transpose();
   EXPECT_THAT(FindSelfIntersections(body->triangles(), body->Positions(kGrowSeconds)), IsEmpty());
