@@ -60,7 +60,8 @@ class Body {
 // "body_%04d.obj", numbered from 0 or 1 to the last without a gap, with the same faces in all; as
 // FindStance finds that they are meant. A surface that is inside out is turned over. One that is
 // open is wrapped with a note, and the wrap moves along (Wrap, Follower). A body that meets itself
-// is noted. For the first half second the body grows to its size (Contract), unless files.grow is
+// is noted, and parts of it without room for cloth between them are pressed in with a note
+// (PressIn). For the first half second the body grows to its size (Contract), unless files.grow is
 // false; where arm_angle > 0, its arms are turned to that angle off the body [rad], and go back to
 // their place in the next 0.75 s. Then vertices move linearly from frame to frame, and rest after
 // the last. The pelvis is the part of the body between 45 % and 65 % of its height in the first
