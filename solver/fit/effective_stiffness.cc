@@ -46,21 +46,11 @@ Eigen::VectorXd AllEntries(const MaterialField& table) {
   return entries;
 }
 
-// The part of stretch or of bend of weights × entries.
-Eigen::VectorXd Part(const MaterialField& table, const Eigen::VectorXd& weights, int from,
-                     int count) {
+// The sum of weights × entries over stretch or bend.
+double WeightedSum(const MaterialField& table, const Eigen::VectorXd& weights, int from,
+                   int count) {
   CHECK_EQ(weights.size(), kMaterialEntries);
-  Eigen::VectorXd part = Eigen::VectorXd::Zero(kMaterialEntries);
-  part.segment(from, count) = weights.cwiseProduct(AllEntries(table)).segment(from, count);
-  return part;
-}
-
-Eigen::VectorXd StretchPart(const MaterialField& table, const Eigen::VectorXd& weights) {
-  return Part(table, weights, 0, kStretchEntries);
-}
-
-Eigen::VectorXd BendPart(const MaterialField& table, const Eigen::VectorXd& weights) {
-  return Part(table, weights, kStretchEntries, kBendEntries);
+  return weights.segment(from, count).dot(AllEntries(table).segment(from, count));
 }
 
 struct Name {
@@ -90,21 +80,11 @@ Eigen::VectorXd EqualStiffnessWeights() {
 }
 
 double EffectiveStretch(const MaterialField& table, const Eigen::VectorXd& weights) {
-  return kMembranePerEntry * StretchPart(table, weights).sum();
+  return kMembranePerEntry * WeightedSum(table, weights, 0, kStretchEntries);
 }
 
 double EffectiveBend(const MaterialField& table, const Eigen::VectorXd& weights) {
-  return BendPart(table, weights).sum() / kBendPerRigidity;
-}
-
-Eigen::VectorXd SharesInStretch(const MaterialField& table, const Eigen::VectorXd& weights) {
-  const Eigen::VectorXd part = StretchPart(table, weights);
-  return part / part.sum();
-}
-
-Eigen::VectorXd SharesInBend(const MaterialField& table, const Eigen::VectorXd& weights) {
-  const Eigen::VectorXd part = BendPart(table, weights);
-  return part / part.sum();
+  return WeightedSum(table, weights, kStretchEntries, kBendEntries) / kBendPerRigidity;
 }
 
 DirectionNames NameDirections(bool warp_known, double bend_warp, double bend_weft) {

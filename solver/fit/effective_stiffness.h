@@ -28,10 +28,6 @@ Eigen::VectorXd EqualStiffnessWeights();
 double EffectiveStretch(const MaterialField& table, const Eigen::VectorXd& weights);
 double EffectiveBend(const MaterialField& table, const Eigen::VectorXd& weights);
 
-// ∂ ln(stiffness)/∂(log entries), shape [39].
-Eigen::VectorXd SharesInStretch(const MaterialField& table, const Eigen::VectorXd& weights);
-Eigen::VectorXd SharesInBend(const MaterialField& table, const Eigen::VectorXd& weights);
-
 // What the two directions of the threads are called.
 struct DirectionNames {
   std::string warp = "warp", weft = "weft";

@@ -299,9 +299,9 @@ class Wearing {
   IntegratorStatus status_ = IntegratorStatus::kOk;
 };
 
-}  // namespace
-
 constexpr int kSweeps = 1000;
+
+}  // namespace
 
 Eigen::VectorXd DrawSeams(const SewnGarment& garment) {
   Eigen::VectorXd x = garment.start_x;

@@ -166,7 +166,7 @@ class Arms {
  private:
   struct Arm {
     Vector3d joint = Vector3d::Zero(), shift = Vector3d::Zero();  // [m]
-    double length = 0, hangs = 0;                                 // [m]; off the body [rad]
+    double length = 0;                                            // [m]
     Eigen::AngleAxisd turn = Eigen::AngleAxisd::Identity();
   };
   static Vector3d across(const Vector3d& p) { return {p.x(), 0, p.z()}; }
