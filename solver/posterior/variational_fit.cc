@@ -140,7 +140,7 @@ class Evaluation final : public ceres::EvaluationCallback {
     const Eigen::Index latents = by_latent.cols();
     Eigen::MatrixXd both(r.size(), latents + 1);
     both << by_latent, r;
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(std::move(both));
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(both);
     const Eigen::MatrixXd upper = qr.matrixQR().topRows(latents + 1).triangularView<Eigen::Upper>();
     by_latent = upper.leftCols(latents);
     r = upper.col(latents);

@@ -276,6 +276,24 @@ class BodySequence : public Body {
   std::vector<int> pelvis_;
 };
 
+// The surface with its faces turned outwards.
+ObjSurface FacingOut(ObjSurface surface) {
+  double volume = 0;
+  for (const auto& t : surface.triangles)
+    volume += Vertex(surface.x, t[0]).dot(Vertex(surface.x, t[1]).cross(Vertex(surface.x, t[2])));
+  if (volume < 0)
+    for (auto& t : surface.triangles) std::swap(t[1], t[2]);
+  return surface;
+}
+
+// most: by how far parts were pressed in [m].
+void NotePress(double most, const std::string& path) {
+  if (most == 0) return;
+  NoteInput(path, Format("parts that face one another at less than %g mm, as thighs may, are "
+                         "pressed in by up to %.1f mm: cloth fits between them",
+                         1e3 * kPartGap, 1e3 * most));
+}
+
 }  // namespace
 
 std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files,
@@ -290,12 +308,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
   ObjSurface first = ReadSurface(first_path);
   const BodyFiles found = FindStance(first, files, first_path);
   Stand(found, first);
-  double volume = 0;
-  for (const auto& t : first.triangles)
-    volume += Vertex(first.x, t[0]).dot(Vertex(first.x, t[1]).cross(Vertex(first.x, t[2])));
-  ObjSurface body = first;
-  if (volume < 0)
-    for (auto& t : body.triangles) std::swap(t[1], t[2]);
+  ObjSurface body = FacingOut(first);
   std::optional<Follower> wrap;
   const std::optional<std::string> meetings = FindMeetings(body, first_path);
   if (!meetings) {
@@ -325,10 +338,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
     most = std::max(most, PressIn(posed));
     frames.push_back(std::move(posed.x));
   }
-  if (most > 0)
-    NoteInput(first_path, Format("parts that face one another at less than %g mm, as thighs may, "
-                                 "are pressed in by up to %.1f mm: cloth fits between them",
-                                 1e3 * kPartGap, 1e3 * most));
+  NotePress(most, first_path);
   if (!names.is_one()) CheckNoLaterFrame(names, start + static_cast<int>(frames.size()));
   return std::make_unique<BodySequence>(std::move(body.triangles), std::move(frames), found,
                                         arm_angle);
