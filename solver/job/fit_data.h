@@ -25,7 +25,7 @@ struct FitData {
   std::string ground_truth;        // tables that the images were made with, compared; empty: none
   std::vector<std::string> notes;  // on the data, for summary and log
   std::vector<std::string> log_lines;  // on the data, for the log alone
-  // With which fits of one spec run side by side share their backends; null: none.
+  // Shares backends with fits of the same spec that run side by side; null: has its own.
   SharedBackends::Member* shared = nullptr;
 
   std::size_t num_observations() const { return images.size() + captures.size(); }

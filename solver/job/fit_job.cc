@@ -372,20 +372,6 @@ std::optional<FieldFit> FitJobFields(const FitSpec& spec, const FitProblem& prob
   return fit;
 }
 
-// Lets each entry of a table vary about its column or row in the posterior of an experiment, as in
-// the intervals of its fit [METHODS, P57].
-void AddForm(StagedFitOptions& stages, FitCandidate& candidate, PosteriorOptions& options) {
-  constexpr double kFixed = 1e-24;  // variance of the entries that no number varies
-  const Eigen::MatrixXd tie = TyingMatrix(stages.parameters),
-                        with_form = stages.prior_sigma * TieWithForm(tie, stages.prior_sigma);
-  Eigen::MatrixXd covariance = with_form * with_form.transpose();
-  covariance.diagonal().array() += kFixed;
-  stages.parameters = ParameterTying::kEntries;
-  candidate.theta = tie * candidate.theta;
-  options.prior =
-      std::make_shared<const FabricPrior>(FabricPrior{candidate.base, covariance.llt().matrixL()});
-}
-
 // The posterior of kBayes and kBdp, if it could be fitted.
 std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProblem& problem,
                                             const StagedFitState& state,
@@ -401,7 +387,7 @@ std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProble
   FitCandidate candidate = *best;
   if (FindExperiment(problem) != nullptr && spec.model == FitModel::kBayes && !prior &&
       stages.parameters != ParameterTying::kEntries)
-    AddForm(stages, candidate, options);
+    CountForm(stages, candidate, options);
   PosteriorFit fit = FitDrapePosterior(problem, stages, options, candidate, control);
   control.Log(Format(
       "posterior: mode %s after %d iterations, sigma %g%s; distribution %s after %d, bound %g, k "

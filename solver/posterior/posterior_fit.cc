@@ -214,7 +214,7 @@ void EstimateElboOfFit(const PosteriorOptions& options, const MapEstimator& mode
   std::vector<Eigen::VectorXd> residuals;
   std::vector<double> log_ratios;
   Eigen::VectorXd residual;
-  // As many at a time as the fit had, since each holds a Jacobian.
+  // Takes as many at a time as the fit had, since each holds a Jacobian.
   for (int first = 0; first < options.elbo_samples && !mode.Cancelled(); first += options.draws) {
     const int count = std::min(options.draws, options.elbo_samples - first);
     const auto independent = at_mode.WithSamples(count, LostBranchPolicy::kReject);
@@ -489,6 +489,18 @@ double ParetoShape(const Eigen::VectorXd& log_weights) {
 bool FitElements(const FitProblem& problem, const PosteriorOptions& options, MapEstimator& mode,
                  PosteriorFit* fit) {
   return ElementFitter(problem, options, mode, fit).Run();
+}
+
+void CountForm(StagedFitOptions& staged, FitCandidate& candidate, PosteriorOptions& options) {
+  constexpr double kFixed = 1e-24;  // variance of the entries that no number varies
+  const Eigen::MatrixXd tie = TyingMatrix(staged.parameters),
+                        with_form = staged.prior_sigma * TieWithForm(tie, staged.prior_sigma);
+  Eigen::MatrixXd covariance = with_form * with_form.transpose();
+  covariance.diagonal().array() += kFixed;
+  staged.parameters = ParameterTying::kEntries;
+  candidate.theta = tie * candidate.theta;
+  options.prior =
+      std::make_shared<const FabricPrior>(FabricPrior{candidate.base, covariance.llt().matrixL()});
 }
 
 PosteriorFit FitDrapePosterior(const FitProblem& problem, const StagedFitOptions& staged,

@@ -80,7 +80,7 @@ class Evaluation final : public ceres::EvaluationCallback {
   const Layout& layout() const { return layout_; }
   const GaussianPosterior& posterior() const { return posterior_; }
   int num_draws() const { return residuals_.num_draws(); }
-  // Of a draw, as Ceres sees them.
+  // The rows of a draw, as Ceres sees them.
   int num_residuals() const {
     return std::min(residuals_.num_residuals(), residuals_.num_latents() + 1);
   }

@@ -127,7 +127,7 @@ struct WearResult {
   int frames = 0;           // handed to on_frame
 };
 
-// Where a garment is once its seams are drawn together without a body [m], shape [3V].
+// Places of a garment once its seams are drawn together without a body [m], shape [3V].
 Eigen::VectorXd DrawSeams(const SewnGarment& garment);
 
 // The garment before its first step: out of the body at t = 0, its faces as well where they come

@@ -170,7 +170,7 @@ TEST_F(BatchingBackendTest, CallsOfOneKindAreOneBatch) {
   EXPECT_THAT(inner_.callers, ElementsAre(std::this_thread::get_id()));
 }
 
-// Of three threads that come and go two or three make a batch, and the last goes on alone.
+// Two or three of three threads that come and go make a batch, and the last goes on alone.
 TEST_F(BatchingBackendTest, ThreadsShareABackend) {
   std::vector<std::string>* batches = nullptr;
   {

@@ -26,8 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// At once, whose drapes go to the GPU together, and the host threads of what they share: more spin
-// while it computes.
+// Fits at once, whose drapes go to the GPU together, and the host threads of what they share: more
+// spin while it computes.
 constexpr int kFitsOnGpu = 128, kThreadsBesideGpu = 4;
 
 struct Single {

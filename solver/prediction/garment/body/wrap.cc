@@ -125,8 +125,8 @@ double PressIn(ObjSurface& surface) {
   for (int i = 0; i < normal.cols(); ++i) {
     const Vector3d p = Vertex(surface.x, i), n = normal.col(i);
     if (p.z() > head) continue;
-    // Along `way`: how far off the next face is that vertex i is not part of, `reach` for none, and
-    // by how many faces it leaves a part more than it enters one.
+    // Measures along `way` how far off the next face is that vertex i is not part of, `reach` for
+    // none, and by how many faces it leaves a part more than it enters one.
     const auto meet = [&](const Vector3d& from, const Vector3d& way, double reach) {
       met.clear();
       tree.all_intersected_primitives(Kernel::Segment_3(ToPoint(from), ToPoint(p + reach * way)),
