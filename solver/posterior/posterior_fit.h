@@ -205,8 +205,7 @@ double ParetoShape(const Eigen::VectorXd& log_weights);
 [[nodiscard]] bool FitElements(const FitProblem& problem, const PosteriorOptions& options,
                                MapEstimator& mode, PosteriorFit* fit);
 
-// Lets each entry of a table vary about its column or row in the posterior of an experiment, as in
-// the intervals of its fit [METHODS, P57]: 39 numbers, with a prior about the tables of the guess.
+// Lets entries vary about their column or row in the posterior of an experiment [METHODS, P57].
 void CountForm(StagedFitOptions& staged, FitCandidate& candidate, PosteriorOptions& options);
 
 // Starts from the tables and drapes of a candidate. The prior is about the tables of its initial

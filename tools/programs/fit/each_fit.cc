@@ -26,8 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Fits at once, whose drapes go to the GPU together, and the host threads of what they share: more
-// spin while it computes.
+// Fits that share a GPU at once, and host threads beside it: more would spin while it computes.
 constexpr int kFitsOnGpu = 128, kThreadsBesideGpu = 4;
 
 struct Single {
