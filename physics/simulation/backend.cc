@@ -30,9 +30,11 @@ class CpuBackend final : public Backend {
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
+    RolloutOptions of_each = options;
+    of_each.factor_memory /= std::max<std::size_t>(1, batch.size());
     if (recordings != nullptr) recordings->resize(batch.size());
     return ForEach<RolloutResult>(batch.size(), [&](StepSolver& solver, int i) {
-      return Rollout(solver, *batch[i].material, *batch[i].start, options,
+      return Rollout(solver, *batch[i].material, *batch[i].start, of_each,
                      recordings == nullptr ? nullptr : &(*recordings)[i]);
     });
   }

@@ -287,18 +287,22 @@ void AddStepAdjoint(StepSolver& solver, const MaterialField& material, const Mov
                     const Eigen::VectorXd& mass, const RowMatrix& lambda, AdjointResult& result) {
   const ClothModel& model = solver.model();
   const auto& [x, v, w, h] = step;
+  const bool wants_dynamics = result.dynamics.size() > 0;
   if (lambda.cols() == 1) {
-    AdjStep(model, material, x, w, h, lambda, result.x0, result.material);
+    const double stiffness_work =
+        AdjStep(model, material, x, w, h, lambda, result.x0, result.material);
+    if (wants_dynamics)
+      result.dynamics.col(0) += DynamicsAdjoint(model, material, step, lambda, stiffness_work);
   } else {
     AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, h), lambda,
                          result.x0);
     AddMaterialGradient(model, material, x, w, h, lambda, result.material);
+    if (wants_dynamics)
+      result.dynamics += DynamicsColumns(model, material, step).transpose() * lambda;
   }
   result.v0 = mass.asDiagonal() * lambda;
   if (material.dynamics.air_drag != 0.0)
     AddAirAdjoint(model, material, step, lambda, result.x0, result.v0);
-  if (result.dynamics.size() > 0)
-    result.dynamics += DynamicsColumns(model, material, step).transpose() * lambda;
 }
 
 // Adds the seeds of the state after `step` steps if it is a frame.

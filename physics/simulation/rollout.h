@@ -22,10 +22,10 @@ namespace drape {
 struct RolloutOptions {
   double h = 0.05;  // time step [s], > 0
   int steps = 100;  // ≥ 0
-  // Memory for factors kept for the adjoint; steps that do not fit are factored again on the way
-  // back. The default keeps 50 steps of 1,420 vertices and a gradient of 2,700 in half a gigabyte.
-  std::size_t factor_memory = std::size_t{320} << 20;  // [bytes]
-  const std::atomic<bool>* cancel = nullptr;           // ends the rollout early when it turns true
+  // Memory for factors kept for the adjoints, of a batch together; steps that do not fit are
+  // factored again on the way back. The default keeps 320 steps of 1,420 vertices.
+  std::size_t factor_memory = std::size_t{2} << 30;  // [bytes]
+  const std::atomic<bool>* cancel = nullptr;         // ends the rollout early when it turns true
   // Frames: the numbers of done steps after which the state is seen, ascending, 0 (the start) to
   // `steps`. They change no bit of the rest.
   std::vector<int> frames = {};

@@ -139,12 +139,11 @@ __device__ void AdjointOfFace(const ClothView& cloth, const ElementThread& at, c
       AdjStretchStep(law, GatherColumns(face, at.x), table, GatherColumns(face, w), h,
                      GatherColumns(face, lambda));
   if (acts) records[f] = adjoint.adj_F;
-  double by_entry[kStretchRows][kStretchCols], sum[kStretchEntries];
-  law.StiffnessByTable(adjoint.G, table, by_entry);
+  double sum[kStretchEntries];
 #pragma unroll
   for (int k = 0; k < kStretchEntries; ++k)
     sum[k] = acts ? face.area * adjoint.adj_stiffness[k % kStretchCols] *
-                        by_entry[k / kStretchCols][k % kStretchCols]
+                        adjoint.by_entry[k / kStretchCols][k % kStretchCols]
                   : 0.0;
   AddToGradient(sum, at.material.stretch_stride == 0, at.i, acts, gradient, 0, 1);
 }
@@ -159,11 +158,13 @@ __device__ void AdjointOfHinge(const ClothView& cloth, const ElementThread& at, 
   const BendTable& table = BendTableAt(at.material, e);
   const HingeCorners corners = GatherCorners(hinge, at.x);
   const double theta = DihedralAngle(corners);
-  const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
-                                          GatherCorners(hinge, lambda), theta);
+  const auto columns = law.Columns(hinge, Dual<1>(theta, 0));
+  const BendAdjoint adjoint =
+      AdjBendStep(law, hinge, table, columns, corners, GatherCorners(hinge, w), h,
+                  GatherCorners(hinge, lambda), theta);
   if (acts) records[e] = adjoint;
   double by_entry[kBendRows][kBendCols], sum[kBendEntries];
-  HingeStiffnessByTable(law, hinge, table, theta, by_entry);
+  HingeStiffnessByTable(law, hinge, table, columns, by_entry);
 #pragma unroll
   for (int k = 0; k < kBendEntries; ++k)
     sum[k] = acts ? adjoint.adj_kappa * by_entry[k / kBendCols][k % kBendCols] : 0.0;

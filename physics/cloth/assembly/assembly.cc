@@ -261,9 +261,9 @@ void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x, Stiffne
 }  // namespace
 
 DampedVelocity::DampedVelocity(const MaterialField& material, const Eigen::VectorXd& w, double h)
-    : data_(w.data()) {
+    : factor_(1.0 + material.dynamics.stiffness_damping / h), data_(w.data()) {
   if (material.dynamics.stiffness_damping == 0.0) return;
-  scaled_ = (1.0 + material.dynamics.stiffness_damping / h) * w;
+  scaled_ = factor_ * w;
   data_ = scaled_.data();
 }
 

@@ -58,8 +58,10 @@ class DampedVelocity {
   DampedVelocity(const DampedVelocity&) = delete;
   DampedVelocity& operator=(const DampedVelocity&) = delete;
   const double* data() const { return data_; }  // [3V]
+  double factor() const { return factor_; }     // of data over w
 
  private:
+  double factor_;
   Eigen::VectorXd scaled_;
   const double* data_;
 };

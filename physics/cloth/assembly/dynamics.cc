@@ -58,9 +58,11 @@ void ForEachAirDerivative(const ClothModel& model, const MaterialField& material
   }
 }
 
-// columns += ∂(impulse of the air)/∂(c, wind). The impulse is in proportion to c.
-void AddAirColumns(const ClothModel& model, const MaterialField& material, const MovingStep& step,
-                   RowMatrix& columns) {
+// Calls add(row, entry, derivative) for the impulse of the air by c and wind. It is in proportion
+// to c.
+template <class Add>
+void ForEachAirNumber(const ClothModel& model, const MaterialField& material,
+                      const MovingStep& step, const Add& add) {
   const Dynamics& moving = material.dynamics;
   const auto wind = Seeded<3>(moving.wind, 0);
   for (const Face& face : model.mesh.faces) {
@@ -69,14 +71,29 @@ void AddAirColumns(const ClothModel& model, const MaterialField& material, const
     for (const int i : face.vertex) {
       const Vec3<double> v = LoadVec3(step.v.data(), i), w = LoadVec3(step.w.data(), i);
       const Vec3<double> by_drag = AirImpulse(area_time, n, v, w, moving.wind);
-      for (int r = 0; r < 3; ++r) columns(3 * i + r, kByAirDrag) += (&by_drag.x)[r];
+      for (int r = 0; r < 3; ++r) add(3 * i + r, kByAirDrag, (&by_drag.x)[r]);
       if (moving.air_drag == 0.0) continue;
       const auto impulse = AirImpulse(Dual<3>(FaceDrag(face, moving, step.h)), Constant<3>(n),
                                       Constant<3>(v), Constant<3>(w), wind);
       for (int r = 0; r < 3; ++r)
-        for (int j = 0; j < 3; ++j) columns(3 * i + r, kByWind + j) += (&impulse.x)[r].v[j];
+        for (int j = 0; j < 3; ++j) add(3 * i + r, kByWind + j, (&impulse.x)[r].v[j]);
     }
   }
+}
+
+// Calls add(row, entry, derivative) for what each number but the stiffness damping adds to the
+// right-hand side.
+template <class Add>
+void ForEachNumber(const ClothModel& model, const MaterialField& material, const MovingStep& step,
+                   const Add& add) {
+  const double h = step.h, damped = 1.0 + h * material.dynamics.mass_damping;
+  const Eigen::Vector3d gravity = model.scene.gravity.value_or(Eigen::Vector3d::Zero());
+  for (int i = 0; i < model.num_dofs(); ++i) {
+    const double area = model.vertex_area[i / 3];
+    add(i, kByDensity, area * (step.v[i] - damped * step.w[i] + h * gravity[i % 3]));
+    add(i, kByMassDamping, -h * material.density * area * step.w[i]);
+  }
+  ForEachAirNumber(model, material, step, add);
 }
 
 // out += scale·H(x)·w of stretch and bend [MODEL, M11, M14].
@@ -142,18 +159,23 @@ void AddAirAdjoint(const ClothModel& model, const MaterialField& material, const
 RowMatrix DynamicsColumns(const ClothModel& model, const MaterialField& material,
                           const MovingStep& step) {
   RowMatrix columns = RowMatrix::Zero(model.num_dofs(), kDynamicsEntries);
-  const double h = step.h, alpha = material.dynamics.mass_damping;
-  const Eigen::VectorXd area = model.LumpedMass(1.0), momentum = area.cwiseProduct(step.w);
-  columns.col(kByDensity) = area.cwiseProduct(step.v) - (1.0 + h * alpha) * momentum;
-  if (model.scene.gravity)
-    for (int i = 0; i < model.mesh.num_vertices(); ++i)
-      columns.col(kByDensity).segment<3>(3 * i) += h * model.vertex_area[i] * *model.scene.gravity;
-  columns.col(kByMassDamping) = -h * material.density * momentum;
+  ForEachNumber(model, material, step,
+                [&](int row, int entry, double derivative) { columns(row, entry) += derivative; });
   Eigen::VectorXd stiff = Eigen::VectorXd::Zero(model.num_dofs());
-  AddElementStiffnessTimes(model, material, step.x, step.w, -h, stiff.data());
+  AddElementStiffnessTimes(model, material, step.x, step.w, -step.h, stiff.data());
   columns.col(kByStiffnessDamping) = stiff;
-  AddAirColumns(model, material, step, columns);
   return columns;
+}
+
+DynamicsNumbers DynamicsAdjoint(const ClothModel& model, const MaterialField& material,
+                                const MovingStep& step, const RowMatrix& lambda,
+                                double stiffness_work) {
+  DynamicsNumbers sums = DynamicsNumbers::Zero();
+  ForEachNumber(model, material, step, [&](int row, int entry, double derivative) {
+    sums[entry] += derivative * lambda(row, 0);
+  });
+  sums[kByStiffnessDamping] = -step.h * stiffness_work;
+  return sums;
 }
 
 }  // namespace drape

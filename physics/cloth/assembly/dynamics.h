@@ -46,5 +46,11 @@ enum DynamicsEntry : int {
 // held, shape [3V, 7] [MODEL, M66].
 RowMatrix DynamicsColumns(const ClothModel& model, const MaterialField& material,
                           const MovingStep& step);
+// DynamicsColumnsᵀ·λ for one λ, shape [3V, 1]. stiffness_work: λ·H·w of the elements, as AdjStep
+// returns it.
+using DynamicsNumbers = Eigen::Vector<double, kDynamicsEntries>;
+DynamicsNumbers DynamicsAdjoint(const ClothModel& model, const MaterialField& material,
+                                const MovingStep& step, const RowMatrix& lambda,
+                                double stiffness_work);
 
 }  // namespace drape

@@ -122,10 +122,12 @@ bool HasBlocks(const BlockPattern& pattern, const ActivePairs& touches) {
   });
 }
 
+// These return λ·H·w.
 template <class Law>
-void AdjStretch(const Law& law, const ClothModel& model, const MaterialField& material,
-                const double* x, const double* w, double h, const double* lambda, double* adj_x,
-                double* gradient) {
+double AdjStretch(const Law& law, const ClothModel& model, const MaterialField& material,
+                  const double* x, const double* w, double h, const double* lambda, double* adj_x,
+                  double* gradient) {
+  double stiffness_work = 0.0;
   const int stride = material.stretch.size() == 1 ? 0 : kStretchEntries;
   for (int f = 0; f < model.mesh.num_faces(); ++f) {
     const Face& face = model.mesh.faces[f];
@@ -133,33 +135,40 @@ void AdjStretch(const Law& law, const ClothModel& model, const MaterialField& ma
     const StretchAdjoint adjoint = AdjStretchStep(
         law, GatherColumns(face, x), table, GatherColumns(face, w), h, GatherColumns(face, lambda));
     ScatterColumns(face, adjoint.adj_F, adj_x);
-    double by_entry[kStretchRows][kStretchCols];
-    law.StiffnessByTable(adjoint.G, table, by_entry);
+    stiffness_work += face.area * adjoint.stiffness_work;
     double* entry = gradient + static_cast<std::ptrdiff_t>(stride) * f;
     for (int r = 0; r < kStretchRows; ++r)
       for (int m = 0; m < kStretchCols; ++m)
-        entry[kStretchCols * r + m] += face.area * adjoint.adj_stiffness[m] * by_entry[r][m];
+        entry[kStretchCols * r + m] +=
+            face.area * adjoint.adj_stiffness[m] * adjoint.by_entry[r][m];
   }
+  return stiffness_work;
 }
 
 template <class Law>
-void AdjBend(const Law& law, const ClothModel& model, const MaterialField& material,
-             const double* x, const double* w, double h, const double* lambda, double* adj_x,
-             double* gradient) {
+double AdjBend(const Law& law, const ClothModel& model, const MaterialField& material,
+               const double* x, const double* w, double h, const double* lambda, double* adj_x,
+               double* gradient) {
+  double stiffness_work = 0.0;
   const int stride = material.bend.size() == 1 ? 0 : kBendEntries;
   for (int e = 0; e < model.mesh.num_hinges(); ++e) {
     const Hinge& hinge = model.mesh.hinges[e];
     const BendTable& table = material.bend_of(e);
     const HingeCorners corners = GatherCorners(hinge, x);
     const double theta = DihedralAngle(corners);
-    const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
-                                            GatherCorners(hinge, lambda), theta);
+    const auto columns = law.Columns(hinge, Dual<1>(theta, 0));
+    double of_hinge = 0.0;
+    const BendAdjoint adjoint =
+        AdjBendStep(law, hinge, table, columns, corners, GatherCorners(hinge, w), h,
+                    GatherCorners(hinge, lambda), theta, &of_hinge);
+    stiffness_work += of_hinge;
     for (int a = 0; a < 4; ++a) AddTo(adj_x, hinge.vertex[a], adjoint.adj_x.d[a]);
     BendTable by_entry;
-    HingeStiffnessByTable(law, hinge, table, theta, by_entry.b);
+    HingeStiffnessByTable(law, hinge, table, columns, by_entry.b);
     double* entry = gradient + static_cast<std::ptrdiff_t>(stride) * e;
     for (int k = 0; k < kBendEntries; ++k) entry[k] += adjoint.adj_kappa * by_entry.entries()[k];
   }
+  return stiffness_work;
 }
 
 }  // namespace
@@ -287,22 +296,23 @@ const BlockMatrix& StepSolver::StepDerivative(const MaterialField& material,
   return derivative_;
 }
 
-void AdjStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-             const Eigen::VectorXd& w, double h, const RowMatrix& lambda, RowMatrix& adj_x,
-             MaterialGradient& gradient) {
+double AdjStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+               const Eigen::VectorXd& w, double h, const RowMatrix& lambda, RowMatrix& adj_x,
+               MaterialGradient& gradient) {
   CHECK_EQ(lambda.size(), model.num_dofs());
   CHECK_EQ(adj_x.size(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), 1);
   const DampedVelocity damped(material, w, h);
+  double stiffness_work = 0.0;
   VisitLaws(
       model,
       [&](const auto& law) {
-        AdjStretch(law, model, material, x.data(), damped.data(), h, lambda.data(), adj_x.data(),
-                   gradient.stretch.data());
+        stiffness_work += AdjStretch(law, model, material, x.data(), damped.data(), h,
+                                     lambda.data(), adj_x.data(), gradient.stretch.data());
       },
       [&](const auto& law) {
-        AdjBend(law, model, material, x.data(), damped.data(), h, lambda.data(), adj_x.data(),
-                gradient.bend.data());
+        stiffness_work += AdjBend(law, model, material, x.data(), damped.data(), h, lambda.data(),
+                                  adj_x.data(), gradient.bend.data());
       });
   for (int i : model.held)
     adj_x.middleRows<3>(3 * i) -= h * model.scene.handles->stiffness * lambda.middleRows<3>(3 * i);
@@ -313,6 +323,7 @@ void AdjStep(const ClothModel& model, const MaterialField& material, const Eigen
                                 w.segment<3>(3 * i), h)
               .transpose() *
           lambda.middleRows<3>(3 * i);
+  return stiffness_work / damped.factor();
 }
 
 }  // namespace drape

@@ -195,18 +195,18 @@ DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& t
 }
 
 // ∂κ/∂(table entry), shape [3, 5] [rad⁻¹]; zero where the law's clamp holds κ at zero.
-template <class Law>
+template <class Law, class T, int N>
 DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const BendTable& table,
-                                    double theta, double by_entry[kBendRows][kBendCols]) {
+                                    const ColumnWeights<T, N>& columns,
+                                    double by_entry[kBendRows][kBendCols]) {
   for (int r = 0; r < kBendRows; ++r)
     for (int c = 0; c < kBendCols; ++c) by_entry[r][c] = 0.0;
-  const auto columns = law.Columns(hinge, theta);
-  if (!law.Active(HingeStiffness(law, hinge, table, columns))) return;
+  if (!law.Active(Value(HingeStiffness(law, hinge, table, columns)))) return;
   const BendRows rows = SelectRows(hinge);
   for (int k = 0; k < 2; ++k)
-    for (int i = 0; i < Law::kColumns; ++i)
+    for (int i = 0; i < N; ++i)
       by_entry[rows.first + k][columns.column[i]] +=
-          rows.weight[k] * columns.weight[i] * HingeFactor(hinge);
+          rows.weight[k] * Value(columns.weight[i]) * HingeFactor(hinge);
 }
 
 // What Law::Measure returns: an odd function μ(θ) ≈ θ [rad], ∂μ/∂θ > 0 and ∂²μ/∂θ².
@@ -281,25 +281,29 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
     }
 }
 
-// Adjoint of the step force of one hinge: adj_x = (∂g/∂x)ᵀ·λ and ∂(g·λ)/∂κ.
+// Adjoint of the step force of one hinge: adj_x = (∂g/∂x)ᵀ·λ and ∂(g·λ)/∂κ. columns: the law's at
+// the angle θ of x. stiffness_work, unless it is null: λ·H·w.
 struct BendAdjoint {
   HingeGradient adj_x;
   double adj_kappa;
 };
 template <class Law>
 DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const ColumnWeights<Dual<1>, Law::kColumns>& columns,
                                  const HingeCorners& x, const HingeCorners& w, double h,
-                                 const HingeCorners& lambda, double theta) {
+                                 const HingeCorners& lambda, double theta,
+                                 double* stiffness_work = nullptr) {
   const HingeWings wings = EvaluateWings(x);
   const HingeGradient d = AngleGradient(wings);
   const HingeRates hessian = ComputeRates(wings);
   const HingeGradient by_w = hessian * w, by_lambda = hessian * lambda;
   const double q = Dot(d, w), l = Dot(d, lambda);
-  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, columns);
   const HingeMeasure mu = law.Measure(theta);
   const double s = StepMoment(kappa.a, mu, q, h);
   const double along_d = -l * StepMomentByTheta(kappa, mu, q, h);
   const double along_w = -l * h * h * kappa.a * mu.slope;
+  if (stiffness_work != nullptr) *stiffness_work = kappa.a * mu.slope * q * l;
   BendAdjoint result{{}, -l * StepMoment(1.0, mu, q, h)};
   for (int a = 0; a < 4; ++a)
     result.adj_x.d[a] = along_d * d.d[a] + along_w * by_w.d[a] - s * by_lambda.d[a];

@@ -24,12 +24,11 @@ DRAPE_HD FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face,
                                              const double* w, double h) {
   FaceSensitivity s;
   const DeformationGradient<double> F = GatherColumns(face, x), wF = GatherColumns(face, w);
-  const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), table);
+  const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), table, s.by_entry);
   for (int m = 0; m < kStretchCols; ++m) {
     const DeformationGradient<double> g = StretchStepForce(UnitStiffness(k, m), F, wF, h);
     s.basis[m] = {face.area * g.u, face.area * g.v};
   }
-  law.StiffnessByTable(k.G, table, s.by_entry);
   return s;
 }
 
@@ -53,7 +52,7 @@ DRAPE_HD HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge
   const double q = Dot(s.basis, GatherCorners(hinge, w));
   const double moment = StepMoment(1.0, law.Measure(theta), q, h);
   for (Vec3<double>& d : s.basis.d) d = -moment * d;
-  HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
+  HingeStiffnessByTable(law, hinge, table, law.Columns(hinge, theta), s.by_entry);
   return s;
 }
 

@@ -42,22 +42,19 @@ struct SmoothStretch {
     return 0.5 * (g + sqrt(g * g + ramp_width * ramp_width));
   }
 
+  // by_entry: ∂(stiffness m)/∂(entry r, m), or null.
   template <class T>
-  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
-                          T c[kStretchCols]) const {
+  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table, T c[kStretchCols],
+                          double (*by_entry)[kStretchCols] = nullptr) const {
     T w[kStretchRows];
     RowWeights(G, w);
     for (int m = 0; m < kStretchCols; ++m) {
       c[m] = w[0] * table.c[0][m];
       for (int r = 1; r < kStretchRows; ++r) c[m] += w[r] * table.c[r][m];
     }
-  }
-  DRAPE_HD void StiffnessByTable(const GreenStrain<double>& G, const StretchTable&,
-                                 double by_entry[kStretchRows][kStretchCols]) const {
-    double w[kStretchRows];
-    RowWeights(G, w);
+    if (by_entry == nullptr) return;
     for (int r = 0; r < kStretchRows; ++r)
-      for (int m = 0; m < kStretchCols; ++m) by_entry[r][m] = w[r];
+      for (int m = 0; m < kStretchCols; ++m) by_entry[r][m] = Value(w[r]);
   }
 
  private:
@@ -187,32 +184,26 @@ class ReferenceStretch {
     return Value(g) > 0.0 ? g : T(0.0);
   }
 
-  // The four stiffnesses at a strain [N/m], interpolated trilinearly between clamped nodes
-  // [MODEL, M17].
+  // The four stiffnesses at a strain [N/m], interpolated trilinearly between clamped nodes, and
+  // ∂(stiffness m)/∂(entry r, m) unless by_entry is null. Nodes that are clamped at zero contribute
+  // nothing [MODEL, M17].
   template <class T>
-  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
-                          T c[kStretchCols]) const {
-    for (int m = 0; m < kStretchCols; ++m) c[m] = T(0.0);
+  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table, T c[kStretchCols],
+                          double (*by_entry)[kStretchCols] = nullptr) const {
+    for (int m = 0; m < kStretchCols; ++m) {
+      c[m] = T(0.0);
+      for (int r = 0; by_entry != nullptr && r < kStretchRows; ++r) by_entry[r][m] = 0.0;
+    }
     ForEachNode(G, [&](const StretchNode& node, const T& weight) {
       for (int m = 0; m < kStretchCols; ++m) {
         const double value = node.Sample(table, m);
-        if (value > 0.0) c[m] += weight * value;
-      }
-    });
-  }
-
-  // ∂(stiffness m)/∂(entry r, m), shape [6, 4]. Nodes that are clamped at zero contribute nothing
-  // [MODEL, M17].
-  DRAPE_HD void StiffnessByTable(const GreenStrain<double>& G, const StretchTable& table,
-                                 double by_entry[kStretchRows][kStretchCols]) const {
-    for (int r = 0; r < kStretchRows; ++r)
-      for (int m = 0; m < kStretchCols; ++m) by_entry[r][m] = 0.0;
-    ForEachNode(G, [&](const StretchNode& node, double weight) {
-      for (int m = 0; m < kStretchCols; ++m) {
-        if (!(node.Sample(table, m) > 0.0)) continue;
-        by_entry[0][m] += kMembranePerEntry * weight * (1.0 - node.blend);
-        by_entry[node.row][m] += kMembranePerEntry * weight * node.blend * (1.0 - node.fraction);
-        by_entry[node.row + 1][m] += kMembranePerEntry * weight * node.blend * node.fraction;
+        if (!(value > 0.0)) continue;
+        c[m] += weight * value;
+        if (by_entry == nullptr) continue;
+        const double share = kMembranePerEntry * Value(weight);
+        by_entry[0][m] += share * (1.0 - node.blend);
+        by_entry[node.row][m] += share * node.blend * (1.0 - node.fraction);
+        by_entry[node.row + 1][m] += share * node.blend * node.fraction;
       }
     });
   }

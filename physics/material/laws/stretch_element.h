@@ -35,11 +35,13 @@ struct StretchCoefficients {
   T ramp_uu, ramp_vv;
 };
 
+// by_entry: the derivatives of each stiffness by its table entries [1], shape [6, 4], or null.
 template <class Law, class T>
 DRAPE_HD StretchCoefficients<T> EvaluateStretch(const Law& law, const GreenStrain<T>& G,
-                                                const StretchTable& table) {
+                                                const StretchTable& table,
+                                                double (*by_entry)[kStretchCols] = nullptr) {
   T c[kStretchCols];
-  law.Stiffness(G, table, c);
+  law.Stiffness(G, table, c, by_entry);
   return {c[0], c[1], c[2], c[3], G, law.Ramp(G.uu), law.Ramp(G.vv)};
 }
 
@@ -204,11 +206,12 @@ DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<do
 }
 
 // Adjoint of the step force of one face by rest area, with λ given as columns like F: ∂(g·λ)/∂F
-// and, for the table entries, ∂(g·λ)/∂(c11, c12, c22, c33).
+// and, for the table entries, ∂(g·λ)/∂(c11, c12, c22, c33) and the derivatives of these.
 struct StretchAdjoint {
   DeformationGradient<double> adj_F;
   double adj_stiffness[kStretchCols];
-  GreenStrain<double> G;
+  double by_entry[kStretchRows][kStretchCols];
+  double stiffness_work;  // λ·H·w
 };
 
 // g·λ from the strain rates along w and λ and from w·λ of the two columns.
@@ -231,16 +234,19 @@ DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient
   const GreenStrain<double> G = Green(F), w_rate = StrainRate(F, w);
   const GreenStrain<double> lambda_rate = StrainRate(F, lambda);
   const double u = Dot(w.u, lambda.u), v = Dot(w.v, lambda.v);
-  const auto by_G =
-      EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  StretchAdjoint result;
+  const auto by_G = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}},
+                                    table, result.by_entry);
   const Dual<3> work = StretchStepWork(by_G, w_rate, lambda_rate, u, v, h);
   const StretchCoefficients<double> k = Values(by_G);
+  const StretchStress<double> ramp = RampStress(k);
   StretchStress<double> by_w_rate = Stress(k, lambda_rate);
+  result.stiffness_work = by_w_rate.uu * w_rate.uu + by_w_rate.vv * w_rate.vv +
+                          2.0 * by_w_rate.uv * w_rate.uv + ramp.uu * u + ramp.vv * v;
   by_w_rate = {-h * h * by_w_rate.uu, -h * h * by_w_rate.vv, -h * h * by_w_rate.uv};
   const auto by_strain = F * StretchStress<double>{work.v[0], work.v[1], 0.5 * work.v[2]};
   const auto by_w = w * by_w_rate, by_lambda = lambda * StretchStepStresses(k, w_rate, h).on_F;
-  StretchAdjoint result{
-      {by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v}, {}, G};
+  result.adj_F = {by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v};
   for (int m = 0; m < kStretchCols; ++m)
     result.adj_stiffness[m] = StretchStepWork(UnitStiffness(k, m), w_rate, lambda_rate, u, v, h);
   return result;

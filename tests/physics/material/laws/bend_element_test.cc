@@ -134,12 +134,17 @@ TYPED_TEST(BendTest, AdjointIsTheTransposedDerivative) {
     BendStepDerivative(law, TestHinge(), table, x, w, 0.05,
                        reinterpret_cast<double(*)[12]>(Q.data()));
     const double theta = DihedralAngle(x);
-    const BendAdjoint adjoint = AdjBendStep(law, TestHinge(), table, x, w, 0.05, lambda, theta);
+    double stiffness_work = 0.0;
+    const BendAdjoint adjoint =
+        AdjBendStep(law, TestHinge(), table, law.Columns(TestHinge(), Dual<1>(theta, 0)), x, w,
+                    0.05, lambda, theta, &stiffness_work);
     const Eigen::Map<const Eigen::Matrix<double, 12, 1>> adj_x(&adjoint.adj_x.d[0].x);
     EXPECT_LT((adj_x - Q.transpose() * along).norm(), 1e-12 * Q.norm() * along.norm());
     const double work = StepForce(law, x, w, 0.05).dot(along);
     EXPECT_NEAR(adjoint.adj_kappa * HingeStiffness(law, TestHinge(), table, theta), work,
                 1e-12 * std::fabs(work));
+    const double of_force = StepForce(law, x, HingeCorners{}, 0.05).dot(along);  // g = h·f − h²·H·w
+    EXPECT_NEAR(-0.05 * 0.05 * stiffness_work, work - of_force, 1e-12 * std::fabs(of_force));
   }
 }
 
@@ -163,7 +168,7 @@ TYPED_TEST(BendTest, StiffnessByTableIsItsDerivative) {
   for (double theta = -1.5; theta < 1.6; theta += 0.11) {
     BendTable by_entry;
     double sum = 0.0;
-    HingeStiffnessByTable(law, TestHinge(), table, theta, by_entry.b);
+    HingeStiffnessByTable(law, TestHinge(), table, law.Columns(TestHinge(), theta), by_entry.b);
     for (int k = 0; k < kBendEntries; ++k) sum += by_entry.entries()[k] * table.entries()[k];
     EXPECT_NEAR(sum, HingeStiffness(law, TestHinge(), table, theta), 1e-12 * sum);
   }

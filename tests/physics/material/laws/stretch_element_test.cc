@@ -117,6 +117,9 @@ TYPED_TEST(StretchTest, AdjointIsTheTransposedDerivative) {
     for (int m = 0; m < kStretchCols; ++m) sum += c[m] * adjoint.adj_stiffness[m];
     const double work = StepForce(law, F, table, w, 0.05).dot(along);
     EXPECT_NEAR(sum, work, 1e-12 * Q.norm() * along.norm());
+    const double of_force = StepForce(law, F, table, Columns{}, 0.05).dot(along);
+    EXPECT_NEAR(-0.05 * 0.05 * adjoint.stiffness_work, work - of_force,  // g = h·f − h²·H·w
+                1e-12 * Q.norm() * along.norm());
   }
 }
 
@@ -187,8 +190,7 @@ TYPED_TEST(StretchTest, StiffnessByTableIsItsDerivative) {
   for (int i = 0; i < 20; ++i) {
     const GreenStrain<double> G = Green(RandomF(random));
     double c[kStretchCols], by_entry[kStretchRows][kStretchCols];
-    law.Stiffness(G, table, c);
-    law.StiffnessByTable(G, table, by_entry);
+    law.Stiffness(G, table, c, by_entry);
     for (int m = 0; m < kStretchCols; ++m) {  // linear in the table
       double sum = 0.0;
       for (int r = 0; r < kStretchRows; ++r) sum += by_entry[r][m] * table.c[r][m];
@@ -203,8 +205,7 @@ TEST(ReferenceStretchTest, NegativeNodesCountAsZero) {
     for (double& entry : row) entry = -1.0;
   double c[kStretchCols], by_entry[kStretchRows][kStretchCols];
   const GreenStrain<double> G{0.01, -0.02, 0.005};
-  ReferenceStretch().Stiffness(G, table, c);
-  ReferenceStretch().StiffnessByTable(G, table, by_entry);
+  ReferenceStretch().Stiffness(G, table, c, by_entry);
   for (double value : c) EXPECT_EQ(value, 0.0);
   for (const auto& row : by_entry)
     for (double value : row) EXPECT_EQ(value, 0.0);
