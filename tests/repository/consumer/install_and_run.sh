@@ -27,7 +27,7 @@ for path in tools solver/studies solver/job/fit_report.h cuda/engine; do
 done
 count=$(find "$include/internal" -name '*.h' | wc -l)
 [ "$count" -le 70 ] || { echo "$count internal headers are installed, expected 70 at most"; exit 1; }
-if find "$scratch/prefix" -name 'libdrape_*' | grep -E 'tools|studies|validation|program'; then
+if find "$scratch/prefix" -name 'libdrape_*' | grep -E 'tools|studies|validation|verbs'; then
   echo "installed, but internal libraries"
   exit 1
 fi

@@ -204,7 +204,7 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
   };
 }
 
-std::vector<Option> ReportOptions(EquilibriaOptions& options) {
+std::vector<Option> ResultOptions(EquilibriaOptions& options) {
   return {
       EnumOption(
           "distance", options.distance,
@@ -236,7 +236,7 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           Grouped("cloth", ClothOptions(options.scene)),
           Grouped("simulation", Concatenate(SampleOptions(options.sampling),
                                             std::vector{BackendOption(options.backend)})),
-          Grouped("branches and results", ReportOptions(options)))};
+          Grouped("branches and results", ResultOptions(options)))};
 }
 
 // Reads all input before it computes. A cancelled run writes what it has.

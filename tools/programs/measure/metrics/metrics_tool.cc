@@ -181,9 +181,7 @@ struct MeasuredDrape {  // NOLINT(bugprone-exception-escape)
   LaboratoryDrape laboratory;
 };
 
-constexpr double kMm = 1e-3;
 constexpr double kCm2 = 1e-4;
-constexpr double kMm2 = 1e-6;
 constexpr double kDegree = M_PI / 180;
 constexpr const char* kSheetTitle = "The drape, as laboratories report it";
 

@@ -13,8 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMm = 1e-3;
-constexpr double kMm2 = 1e-6;
 constexpr char kGreyImage[] = "grey mean image";  // has no outline
 
 std::string PredictorLine(const PredictorRow& row) {

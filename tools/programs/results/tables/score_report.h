@@ -9,6 +9,7 @@
 namespace drape {
 
 // Distances and scores of drapes: tables for a terminal (mm, mm²), JSON in SI units.
+inline constexpr double kMm = 1e-3, kMm2 = 1e-6;
 
 nlohmann::ordered_json DistanceJson(const DrapeDistance& distance);
 
