@@ -167,15 +167,13 @@ void VisitFields(Input& input, Visitor&& visit) {
                         .doc = "diameter of the flat specimen; none: as the files of this drape "
                                "say that drapefit made, or 0.30",
                         .unit = "m",
-                        .least = 0.01,
-                        .most = 10,
+                        .range = {.least = 0.01, .most = 10},
                         .usual_least = 0.05,
                         .usual_most = 0.6});
   visit(support, Field{.key = "support",
                        .doc = "diameter of the support; none: as those files say, or 0.18",
                        .unit = "m",
-                       .least = 0.005,
-                       .most = 10,
+                       .range = {.least = 0.005, .most = 10},
                        .usual_least = 0.02,
                        .usual_most = 0.6});
 }
@@ -247,7 +245,7 @@ void VisitFields(Input& input, Visitor&& visit) {
   visit(kind, Field{.key = "camera",
                     .doc = "projection of the camera; the published images are orthographic"});
   const auto size = [](const char* key, const char* doc) {
-    return Field{.key = key, .doc = doc, .unit = "px", .least = 0, .most = 8192};
+    return Field{.key = key, .doc = doc, .unit = "px", .range = {.least = 0, .most = 8192}};
   };
   visit(width, size("camera_width", "width of the silhouette; 0: that of the image, or 256"));
   visit(height, size("camera_height", "height of the silhouette; 0: that of the image, or 256"));
@@ -262,16 +260,14 @@ void VisitFields(Input& input, Visitor&& visit) {
                             "published images of 256x256 px; an image of another size needs this "
                             "or image_width_mm",
                      .unit = "px/m",
-                     .least = 1,
-                     .most = 1e7,
+                     .range = {.least = 1, .most = 1e7},
                      .usual_least = 100,
                      .usual_most = 1e5});
   visit(image_width_mm, Field{.key = "image_width_mm",
                               .doc = "width of the area that the image shows in the support "
                                      "plane, in place of camera_scale: lay a ruler on the support",
                               .unit = "mm",
-                              .least = 1,
-                              .most = 1e5,
+                              .range = {.least = 1, .most = 1e5},
                               .usual_least = 80,
                               .usual_most = 5000});
   VisitFields(picture, visit);

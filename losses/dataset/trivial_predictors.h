@@ -92,12 +92,11 @@ void VisitFields(Query& query, Visitor&& visit) {
   visit(train, Field{.key = "train",
                      .doc = "number of training samples of each fabric, the others are held out; "
                             "0: each sample is held out in turn",
-                     .least = 0,
-                     .most = 9999});
+                     .range = {.least = 0, .most = 9999}});
   visit(seed, Field{.key = "split_seed",
                     .doc = "random seed of the split alone, so that it stays the same in other "
                            "programs and runs",
-                    .least = 0});
+                    .range = {.least = 0}});
   visit(split, Field{.key = "split",
                      .doc = "file of a stored split, used instead of a random one",
                      .is_path = true});

@@ -49,8 +49,7 @@ inline Field LengthField(const char* key, const char* doc, double least, double 
   return {.key = key,
           .doc = doc,
           .unit = "m",
-          .least = least,
-          .most = most,
+          .range = {.least = least, .most = most},
           .usual_least = least,
           .usual_most = 0.6};
 }
@@ -75,22 +74,19 @@ void VisitFields(Options& options, Visitor&& visit) {
                           .doc = "focal length of a 35-mm camera of the same view, 24 to 28 for "
                                  "the main camera of a telephone; 0: that of the file's EXIF data",
                           .unit = "mm",
-                          .least = 0,
-                          .most = 10000,
+                          .range = {.least = 0, .most = 10000},
                           .usual_least = 10,
                           .usual_most = 1000});
   visit(px_per_m, Field{.key = "px_per_m",
                         .doc = "marker = none: scale of the picture, 11811 for 300 dots an inch",
                         .unit = "px/m",
-                        .least = 0,
-                        .most = 1e7,
+                        .range = {.least = 0, .most = 1e7},
                         .usual_least = 100,
                         .usual_most = 1e5});
   visit(threshold, Field{.key = "threshold",
                          .doc = "where the cloth begins, from 0 (as the ground) to 1 (as the most "
                                 "unlike pixels); 0: found",
-                         .least = 0,
-                         .most = 1});
+                         .range = {.least = 0, .most = 1}});
   visit(mask, Field{.key = "mask",
                     .doc = "picture of the photograph's size made by hand, black where the cloth "
                            "is; its edge is refined",
@@ -99,11 +95,11 @@ void VisitFields(Options& options, Visitor&& visit) {
                             .doc = "columns and rows of points on the cloth, c1,r1,c2,r2,…, where "
                                    "it is not found without",
                             .unit = "px",
-                            .least = 0});
+                            .range = {.least = 0}});
   visit(ground_points, Field{.key = "ground_points",
                              .doc = "the same of points beside the cloth",
                              .unit = "px",
-                             .least = 0});
+                             .range = {.least = 0}});
 }
 
 // The silhouette of a photograph, and the camera that sees it.

@@ -27,8 +27,7 @@ void VisitFields(Contact& contact, Visitor&& visit) {
   visit(thickness, Field{.key = "thickness",
                          .doc = "thickness of the cloth in contact",
                          .unit = "m",
-                         .least = 0,
-                         .most = 0.01});
+                         .range = {.least = 0, .most = 0.01}});
 }
 
 // Reads a scene from a JSON file that lists the terms that act. A term that is not listed is

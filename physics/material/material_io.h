@@ -69,8 +69,7 @@ void VisitFields(Options& options, Visitor&& visit) {
         Field{.key = "min_relative_stiffness",
               .doc = "table entries below this share of the largest of their column, negative ones "
                      "included, are raised to it",
-              .least = 0,
-              .most = 1});
+              .range = {.least = 0, .most = 1}});
 }
 
 // Reads one fabric: the built-in one, the material.json of a folder of drape_fit, or a JSON file

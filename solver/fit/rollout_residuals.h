@@ -39,34 +39,28 @@ void VisitFields(Options& options, Visitor&& visit) {
                         .doc = "standard deviation of the outline, in pixels of a published image "
                                "(1.39 mm) whatever the image's scale",
                         .unit = "px",
-                        .least = 1e-4,
-                        .most = 1e4});
+                        .range = {.least = 1e-4, .most = 1e4}});
   visit(solve_mode,
         Field{.key = "solve", .doc = "fit the equilibrium, or the shape after the settle steps"});
   visit(max_outline_change, Field{.key = "max_outline_change",
                                   .doc = "reject a step that is predicted to move the outline "
                                          "further",
                                   .unit = "px",
-                                  .least = 0,
-                                  .above_least = true});
+                                  .range = {.least = 0, .above_least = true}});
   visit(max_jump, Field{.key = "max_jump",
                         .doc = "reject a drape with a vertex further from its prediction: it is on "
                                "another branch",
                         .unit = "m",
-                        .least = 0,
-                        .above_least = true});
+                        .range = {.least = 0, .above_least = true}});
   visit(rollout.h, Field{.key = "settle_time_step",
                          .doc = "time step that relaxes an initial guess",
                          .unit = "s",
-                         .least = 0,
-                         .most = 10,
-                         .above_least = true});
+                         .range = {.least = 0, .most = 10, .above_least = true}});
   visit(rollout.steps, Field{.key = "settle_steps",
                              .doc = "number of time steps that relax an initial guess",
-                             .least = 0,
-                             .most = 100000});
+                             .range = {.least = 0, .most = 100000}});
   visit(equilibrium.max_iterations,
-        Field{.key = "newton_iterations", .least = 1, .is_option = false});
+        Field{.key = "newton_iterations", .range = {.least = 1}, .is_option = false});
 }
 
 struct RolloutCounts {

@@ -107,8 +107,7 @@ void VisitFields(Options& options, Visitor&& visit) {
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "
                      "else a negative one is rejected (smooth law) and a zero stays zero",
-              .least = 0,
-              .most = 1});
+              .range = {.least = 0, .most = 1}});
   visit(table_form, Field{.key = "table_form",
                           .doc = "form of the start tables: linear: their means over strain and "
                                  "curvature, isotropic: and over directions; kept by 2 free "
@@ -123,7 +122,8 @@ void VisitFields(Options& options, Visitor&& visit) {
               .doc = "images of 24, 30 or 36 cm on 18 cm, all entries: start from those of 16,000 "
                      "random drapes that are like them; false: from the start tables by a grid"});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
-  visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
+  visit(threads,
+        Field{.key = "threads", .range = {.least = 1}, .is_option = false, .in_key = false});
 }
 
 // Where a fit writes.

@@ -57,37 +57,33 @@ void VisitFields(Options& options, Visitor&& visit) {
         Field{.key = "specimen_stretch_sigma",
               .doc = "model bayes: how specimens of the fabric differ, standard deviation of a log "
                      "factor on all stretch entries",
-              .least = 0});
+              .range = {.least = 0}});
   visit(specimen_bend_sigma, Field{.key = "specimen_bend_sigma",
                                    .doc = "model bayes: the same on all bend entries",
-                                   .least = 0});
+                                   .range = {.least = 0}});
   visit(element_sigma, Field{.key = "element_sigma",
                              .doc = "model bdp: how faces and hinges scatter, most likely standard "
                                     "deviation of a log factor in the prior",
-                             .least = 0,
-                             .above_least = true});
+                             .range = {.least = 0, .above_least = true}});
   visit(estimate_sigma, Field{.key = "estimate_sigma",
                               .doc = "models bayes, bdp: estimate sigma_px from the residuals at "
                                      "the mode; the sigmas of an experiment grow with them"});
-  visit(angles, Field{.key = "posterior_angles", .least = 31, .most = 3600, .is_option = false});
+  visit(angles,
+        Field{.key = "posterior_angles", .range = {.least = 31, .most = 3600}, .is_option = false});
   visit(draws, Field{.key = "posterior_samples",
                      .doc = "models bayes, bdp: number of samples of the variational fit, even",
-                     .least = 2,
-                     .most = 10000});
+                     .range = {.least = 2, .most = 10000}});
   visit(rank, Field{.key = "posterior_rank",
                     .doc = "model bayes: number of directions whose correlations are free, beside "
                            "those of the Laplace approximation",
-                    .least = 0,
-                    .most = 1000});
+                    .range = {.least = 0, .most = 1000}});
   visit(iterations, Field{.key = "posterior_iterations",
                           .doc = "models bayes, bdp: iterations of Ceres for the posterior",
-                          .least = 0,
-                          .most = 10000});
+                          .range = {.least = 0, .most = 10000}});
   visit(elbo_samples, Field{.key = "elbo_samples",
                             .doc = "models bayes, bdp: number of independent samples that estimate "
                                    "the evidence and k",
-                            .least = 25,
-                            .most = 100000});
+                            .range = {.least = 25, .most = 100000}});
   visit(seed, Field{.key = "posterior_seed", .is_option = false});
 }
 

@@ -55,46 +55,38 @@ template <MutableOrConst<PredictionOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [specimens, repeats, faces, seed, start_rms, capture_rms, specimen_stretch_sigma,
          specimen_bend_sigma, bend, settle, camera, discs, batch] = options;
-  visit(specimens, Field{.key = "specimens", .least = 1, .is_option = false});
+  visit(specimens, Field{.key = "specimens", .range = {.least = 1}, .is_option = false});
   visit(repeats, Field{.key = "repeats",
                        .doc = "number of drapes of each specimen on each face, which differ only "
                               "by the noise of the capture",
-                       .least = 1,
-                       .most = 1000});
+                       .range = {.least = 1, .most = 1000}});
   visit(seed, Field{.key = "seed", .is_option = false});
   visit(start_rms, Field{.key = "start_rms",
                          .doc = "root mean square height of a specimen's random start shape at "
                                 "the hem",
                          .unit = "m",
-                         .least = 0,
-                         .most = 0.05});
+                         .range = {.least = 0, .most = 0.05}});
   visit(capture_rms, Field{.key = "capture_rms",
                            .doc = "root mean square noise of each vertex at the start of each "
                                   "drape",
                            .unit = "m",
-                           .least = 0,
-                           .most = 0.05});
+                           .range = {.least = 0, .most = 0.05}});
   visit(specimen_stretch_sigma,
         Field{.key = "specimen_stretch_sigma",
               .doc = "variation between specimens: standard deviation of a log factor on all "
                      "stretch entries",
-              .least = 0,
-              .most = 3});
+              .range = {.least = 0, .most = 3}});
   visit(specimen_bend_sigma, Field{.key = "specimen_bend_sigma",
                                    .doc = "variation between specimens: standard deviation of a "
                                           "log factor on all bend entries",
-                                   .least = 0,
-                                   .most = 3});
+                                   .range = {.least = 0, .most = 3}});
   visit(settle.steps.h, Field{.key = "time_step",
                               .doc = "time step",
                               .unit = "s",
-                              .least = 0,
-                              .most = 10,
-                              .above_least = true});
+                              .range = {.least = 0, .most = 10, .above_least = true}});
   visit(settle.steps.steps, Field{.key = "steps",
                                   .doc = "number of time steps before Newton's method",
-                                  .least = 0,
-                                  .most = 100000});
+                                  .range = {.least = 0, .most = 100000}});
 }
 
 // The material of a specimen: the same for all, a sample of a posterior, a field. A function of the

@@ -52,10 +52,9 @@ Number ParseNumber(const Given& given, const std::string& text) {
     given.Fail(expected);
   }
   const Option& option = given.option;
-  const bool below = option.above_least ? number <= option.least : number < option.least;
-  const double least = std::max(option.least, option.usual_least),
-               most = std::min(option.most, option.usual_most);
-  if (below || number > option.most)
+  const double least = std::max(option.range.least, option.usual_least),
+               most = std::min(option.range.most, option.usual_most);
+  if (!option.range.Contains(number))
     given.Fail(expected, UnitHint(number, option.unit, least, most));
   if (number != 0) CheckUsual(given.where, number, option.unit, least, most);
   return number;

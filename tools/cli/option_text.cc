@@ -202,10 +202,11 @@ std::string JoinChoices(const std::vector<std::string>& choices, const char* sep
 }
 
 std::string RangeText(const Option& option) {
-  const std::string least = NumberText(option.least), most = NumberText(option.most);
-  const std::string above = option.above_least ? "> " : "≥ ";
+  const FieldRange& range = option.range;
+  const std::string least = NumberText(range.least), most = NumberText(range.most);
+  const std::string above = range.above_least ? "> " : "≥ ";
   if (!least.empty() && !most.empty()) {
-    return option.above_least ? above + least + " and ≤ " + most : least + " … " + most;
+    return range.above_least ? above + least + " and ≤ " + most : least + " … " + most;
   }
   if (!least.empty()) return above + least;
   return most.empty() ? "" : "≤ " + most;

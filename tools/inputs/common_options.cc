@@ -78,14 +78,13 @@ Option NumberOption(const std::string& key, Option::Value number, double least, 
           .value = std::move(number),
           .doc = doc,
           .unit = unit,
-          .least = least,
-          .most = most};
+          .range = {.least = least, .most = most}};
 }
 
 Option PositiveOption(const std::string& key, Option::Value number, double most,
                       const std::string& doc, const std::string& unit) {
   Option option = NumberOption(key, std::move(number), 0, most, doc, unit);
-  option.above_least = true;
+  option.range.above_least = true;
   return option;
 }
 

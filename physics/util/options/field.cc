@@ -6,9 +6,7 @@
 namespace drape {
 
 void CheckRange(double value, const Field& field) {
-  CHECK(field.above_least ? value > field.least : value >= field.least)
-      << field.key << ": " << value;
-  CHECK_LE(value, field.most) << field.key;
+  CHECK(field.range.Contains(value)) << field.key << ": " << value;
 }
 
 }  // namespace drape

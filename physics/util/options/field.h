@@ -52,6 +52,16 @@ struct EnumField {
   std::function<void(const std::string&)> set;
 };
 
+struct FieldRange {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool above_least = false;  // the least itself is excluded
+
+  bool Contains(double value) const {
+    return (above_least ? value > least : value >= least) && value <= most;
+  }
+};
+
 // The description of an option: a field of an options struct, or an option of one program alone.
 // Such a struct has, beside it,
 //   template <MutableOrConst<MyOptions> Options, class Visitor>
@@ -69,11 +79,9 @@ struct Field {
   // Points to what holds the default before a command line is read and the user's choice after it.
   // VisitFields leaves it out.
   Value value = {};
-  std::string doc = {};                                     // one line, for --help
-  std::string unit = {};                                    // empty: none
-  double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
-  double most = std::numeric_limits<double>::infinity();
-  bool above_least = false;  // the least itself is excluded
+  std::string doc = {};   // one line, for --help
+  std::string unit = {};  // empty: none
+  FieldRange range = {};  // of a number or of each in a list
   // Most users' values (CheckUsual); 0, where it is allowed, is never unusual.
   double usual_least = -std::numeric_limits<double>::infinity();
   double usual_most = std::numeric_limits<double>::infinity();

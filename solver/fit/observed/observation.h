@@ -98,7 +98,7 @@ void VisitFields(Options& options, Visitor&& visit) {
                       .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; "
                              "outline: found from the outline, from there on"});
   visit(warp, Field{.key = "warp", .doc = kWarpDoc});
-  visit(angles, Field{.key = "angles", .least = 31, .most = 3600, .is_option = false});
+  visit(angles, Field{.key = "angles", .range = {.least = 31, .most = 3600}, .is_option = false});
 }
 
 // An image of a drape, or what the camera sees of a published mesh, which has been turned onto its

@@ -93,23 +93,21 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(sigma, Field{.key = "field_sigma",
                      .doc = "model heterogeneous: standard deviation of a log factor over the "
                             "cloth, in the prior",
-                     .least = 1e-4,
-                     .most = 1e4});
-  visit(length, Field{.key = "field_length", .least = 0, .above_least = true, .is_option = false});
+                     .range = {.least = 1e-4, .most = 1e4}});
+  visit(
+      length,
+      Field{.key = "field_length", .range = {.least = 0, .above_least = true}, .is_option = false});
   visit(modes, Field{.key = "field_modes",
                      .doc = "field_basis modes: number of modes",
-                     .least = 1,
-                     .most = 1000});
+                     .range = {.least = 1, .most = 1000}});
   visit(iterations, Field{.key = "field_iterations",
                           .doc = "model heterogeneous: iterations of Ceres for the fields, in each "
                                  "attempt",
-                          .least = 0,
-                          .most = 10000});
+                          .range = {.least = 0, .most = 10000}});
   visit(restarts, Field{.key = "field_restarts",
                         .doc = "model heterogeneous: attempts after the first, each from a branch "
                                "next to the best one",
-                        .least = 0,
-                        .most = 1000});
+                        .range = {.least = 0, .most = 1000}});
 }
 
 // One number for each of the 39 entries, the same for all elements: `sigma` its prior standard

@@ -30,26 +30,19 @@ void VisitFields(Options& options, Visitor&& visit) {
   auto& [stretch, bend, lifts, time_step, steps] = options;
   visit(stretch, Field{.key = "initial_stretch",
                        .doc = "initial guesses: factors on all stretch entries",
-                       .least = 0,
-                       .above_least = true});
+                       .range = {.least = 0, .above_least = true}});
   visit(bend, Field{.key = "initial_bend",
                     .doc = "initial guesses: factors on all bend entries",
-                    .least = 0,
-                    .above_least = true});
+                    .range = {.least = 0, .above_least = true}});
   visit(lifts, Field{.key = "initial_lifts",
                      .doc = "initial guesses: height of the flaps of the start shapes",
-                     .least = 0,
-                     .most = 1,
-                     .above_least = true});
+                     .range = {.least = 0, .most = 1, .above_least = true}});
   visit(time_step, Field{.key = "initial_time_step",
-                         .least = 0,
-                         .most = 10,
-                         .above_least = true,
+                         .range = {.least = 0, .most = 10, .above_least = true},
                          .is_option = false});
   visit(steps, Field{.key = "initial_steps",
                      .doc = "initial guesses: number of time steps of each trial",
-                     .least = 1,
-                     .most = 100000});
+                     .range = {.least = 1, .most = 100000}});
 }
 
 // Scaled start tables, a start shape for each observation, and the misfit of the coarse drapes.

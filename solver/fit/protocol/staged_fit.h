@@ -77,22 +77,20 @@ void VisitFields(Options& options, Visitor&& visit) {
          residuals] = options;
   visit(candidates_per_round, Field{.key = "candidates_per_round",
                                     .doc = "candidates fitted in each round",
-                                    .least = 1,
-                                    .most = 1000});
+                                    .range = {.least = 1, .most = 1000}});
   visit(iterations, Field{.key = "iterations",
                           .doc = "iterations of Ceres for each candidate of a round",
-                          .least = 0,
-                          .most = 10000});
+                          .range = {.least = 0, .most = 10000}});
   visit(parameters, Field{.key = "num_parameters",
                           .doc = "free parameters: 2 scales, 7 column scales, or all 39 entries; 1 "
                                  "scale of bend or 3 of its rows, with stretch as the initial "
                                  "guess has it"});
   visit(prior_sigma, Field{.key = "prior_sigma",
                            .doc = "standard deviation of each log factor about its initial guess",
-                           .least = 1e-9,
-                           .most = 1e4});
-  visit(initial_damping,
-        Field{.key = "initial_damping", .least = 0, .above_least = true, .is_option = false});
+                           .range = {.least = 1e-9, .most = 1e4}});
+  visit(initial_damping, Field{.key = "initial_damping",
+                               .range = {.least = 0, .above_least = true},
+                               .is_option = false});
   VisitFields(residuals, visit);
   VisitFields(grid, visit);
 }

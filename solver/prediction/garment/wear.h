@@ -46,20 +46,17 @@ void VisitFields(Options& euler, Visitor&& visit) {
   visit(tolerance, Field{.key = "tolerance",
                          .doc = "unbalanced force at the end of a time step, relative to the "
                                 "weight of the garment",
-                         .least = 1e-10,
-                         .most = 0.1});
+                         .range = {.least = 1e-10, .most = 0.1}});
   visit(max_iterations, Field{.key = "max_iterations", .is_option = false});
   visit(max_halvings, Field{.key = "max_halvings", .is_option = false});
   visit(creep_speed, Field{.key = "creep_speed",
                            .doc = "relative speed below which contacts that hold creep",
                            .unit = "m/s",
-                           .least = 1e-6,
-                           .most = 1});
+                           .range = {.least = 1e-6, .most = 1}});
   visit(friction_rounds, Field{.key = "friction_rounds",
                                .doc = "at most so many solutions of a time step, each with the "
                                       "normal forces of the last",
-                               .least = 1,
-                               .most = 100});
+                               .range = {.least = 1, .most = 100}});
   visit(friction_change, Field{.key = "friction_change", .is_option = false});
 }
 
@@ -70,37 +67,30 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(h, Field{.key = "time_step",
                  .doc = "largest time step; a frame of .04 s has a whole number of them",
                  .unit = "s",
-                 .least = 0,
-                 .most = 10,
-                 .above_least = true});
+                 .range = {.least = 0, .most = 10, .above_least = true}});
   visit(steps_per_frame, Field{.key = "steps_per_frame", .is_option = false});
   visit(frames, Field{.key = "frames", .is_option = false, .in_key = false});
   visit(start_noise, Field{.key = "start_noise",
                            .doc = "random displacement of the cloth before the first step, its "
                                   "standard deviation",
                            .unit = "m",
-                           .least = 0,
-                           .most = 0.01});
+                           .range = {.least = 0, .most = 0.01}});
   visit(thickness, Field{.key = "thickness",
                          .doc = "thickness of the cloth",
                          .unit = "m",
-                         .least = 0,
-                         .most = 0.01});
+                         .range = {.least = 0, .most = 0.01}});
   visit(skin_offset, Field{.key = "skin_offset",
                            .doc = "distance of the vertices of the cloth from the body; edges and "
                                   "faces keep off less",
                            .unit = "m",
-                           .least = 0,
-                           .most = 0.01});
+                           .range = {.least = 0, .most = 0.01}});
   visit(friction, Field{.key = "friction",
                         .doc = "coefficient of friction between cloth and body",
-                        .least = 0,
-                        .most = 10});
+                        .range = {.least = 0, .most = 10}});
   visit(self_contact, Field{.key = "self_contact", .doc = "prevent self-intersection"});
   visit(self_friction, Field{.key = "self_friction",
                              .doc = "coefficient of friction of the cloth with itself",
-                             .least = 0,
-                             .most = 10});
+                             .range = {.least = 0, .most = 10}});
   visit(pin_stiffness, Field{.key = "pin_stiffness", .is_option = false});
   VisitFields(euler, visit);
 }

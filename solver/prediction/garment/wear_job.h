@@ -62,8 +62,7 @@ void VisitFields(Files& files, Visitor&& visit) {
   visit(frames_per_second, Field{.key = "body_fps",
                                  .doc = "files of a body of your own for each second",
                                  .unit = "1/s",
-                                 .least = 1,
-                                 .most = 1000});
+                                 .range = {.least = 1, .most = 1000}});
   const std::vector<std::string> axes = {"auto", "x", "-x", "y", "-y", "z", "-z"};
   visit(up, Field{.key = "body_up",
                   .doc = "axis of those files that points up; auto: guessed and reported",
@@ -74,14 +73,12 @@ void VisitFields(Files& files, Visitor&& visit) {
   visit(scale, Field{.key = "body_scale",
                      .doc = "their unit of length, such as 0.01; 0: guessed",
                      .unit = "m",
-                     .least = 0,
-                     .most = 1});
+                     .range = {.least = 0, .most = 1}});
   visit(offset, Field{.key = "body_offset",
                       .doc = "moves the body, z up, by x,y,z; not given: its feet to "
                              "z = 0, its hips to x = y = 0",
                       .unit = "m",
-                      .least = -1000,
-                      .most = 1000});
+                      .range = {.least = -1000, .most = 1000}});
   visit(grow,
         Field{.key = "body_grow", .doc = "the body grows to its size in the first half second"});
 }
@@ -102,24 +99,20 @@ void VisitFields(Spec& spec, Visitor&& visit) {
   visit(edge, Field{.key = "edge",
                     .doc = "length of the triangles' edges",
                     .unit = "m",
-                    .least = 0.002,
-                    .most = 0.1});
+                    .range = {.least = 0.002, .most = 0.1}});
   visit(draws, Field{.key = "draws",
                      .doc = "samples of the posterior, one garment each; of a material, starts "
                             "that differ by --start_noise",
-                     .least = 1,
-                     .most = 1000,
+                     .range = {.least = 1, .most = 1000},
                      .in_key = false});
   visit(seed, Field{.key = "seed",
                     .doc = "random seed of the samples and of the starts",
-                    .least = 0,
-                    .most = 1000000000});
+                    .range = {.least = 0, .most = 1000000000}});
   visit(seconds, Field{.key = "seconds",
                        .doc = "simulated time, including 0.5 s in which the body grows, and 0.75 s "
                               "in which the mannequin lowers its arms",
                        .unit = "s",
-                       .least = 0.04,
-                       .most = 600,
+                       .range = {.least = 0.04, .most = 600},
                        .in_key = false});
   VisitFields(wear, visit);
 }

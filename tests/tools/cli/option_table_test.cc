@@ -27,10 +27,13 @@ class OptionTables : public FileFixture {
       .options = {
           {.key = "path", .value = &path_, .doc = "d", .is_path = true},
           {.key = "mesh", .value = &mesh_, .doc = "d", .is_path = true, .words = {"disc:"}},
-          {.key = "count", .value = &count_, .doc = "d", .least = 1},
-          {.key = "share", .value = &share_, .doc = "d", .least = 0, .most = 1},
+          {.key = "count", .value = &count_, .doc = "d", .range = {.least = 1}},
+          {.key = "share", .value = &share_, .doc = "d", .range = {.least = 0, .most = 1}},
           {.key = "loud", .value = &loud_, .doc = "d"},
-          {.key = "factors", .value = &factors_, .doc = "d", .least = 0, .above_least = true},
+          {.key = "factors",
+           .value = &factors_,
+           .doc = "d",
+           .range = {.least = 0, .above_least = true}},
           {.key = "files", .value = &files_, .doc = "d", .is_path = true, .required = true}}};
 };
 
@@ -136,8 +139,8 @@ template <MutableOrConst<Paint> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [colour, thickness, layers] = options;
   visit(colour, Field{.key = "colour", .doc = "d"});
-  visit(thickness, Field{.key = "thickness", .doc = "d", .unit = "mm", .least = 0});
-  visit(layers, Field{.key = "layers", .doc = "d", .least = 1, .is_option = false});
+  visit(thickness, Field{.key = "thickness", .doc = "d", .unit = "mm", .range = {.least = 0}});
+  visit(layers, Field{.key = "layers", .doc = "d", .range = {.least = 1}, .is_option = false});
 }
 
 TEST(FieldOptions, FollowFromTheDescriptionOfTheFields) {

@@ -83,7 +83,7 @@ class RepetitionTest : public FileFixture {
       .notes = "n",
       .options = {{.key = "mesh", .value = &mesh_, .doc = "d", .is_path = true, .words = {"disc:"}},
                   {.key = "count", .value = &count_, .doc = "d"},
-                  {.key = "unset", .value = &unset_, .doc = "d", .least = 1},
+                  {.key = "unset", .value = &unset_, .doc = "d", .range = {.least = 1}},
                   {.key = "factors", .value = &factors_, .doc = "d"},
                   {.key = "out",
                    .value = &out_,
