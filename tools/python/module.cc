@@ -25,9 +25,7 @@
 #include "physics/util/errors.h"
 #include "solver/drapefit.h"
 #include "solver/job/fit_report.h"
-#include "solver/prediction/garment/body/body.h"
-#include "solver/prediction/garment/pattern/pattern.h"
-#include "solver/prediction/garment/wear.h"
+#include "solver/prediction/garment/wear_job.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/inputs/scene_input.h"
@@ -510,36 +508,32 @@ using Faces = std::vector<std::array<int, 3>>;
 std::tuple<std::vector<double>, RowMatrix, Faces, RowMatrix, Faces, double, int> WearPattern(
     const std::string& file, const Material& fabric, const std::string& body, double edge,
     int frames, double friction, bool self_contact, const std::string& law, int threads) {
-  const Pattern pattern = ReadPattern(file);
-  WearOptions options;
-  options.frames = frames;
-  options.friction = friction;
-  options.self_contact = self_contact;
-  options.euler.threads = CountThreads(threads);
+  WearSpec spec{.garment = file, .body = body, .edge = edge, .seconds = .04 * frames, .law = law};
+  spec.wear.friction = friction;
+  spec.wear.self_contact = self_contact;
   const auto cancel = std::make_shared<std::atomic<bool>>(false);
   const auto work = [=] {
-    const std::unique_ptr<Body> wearer = ParseBody(body, pattern.arm_angle);
-    const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, edge, file), MakeLaw(law));
-    const State start = StartToWear(sewn, *wearer, options);
-    if (FindStartPiercing(sewn, *wearer, options, start) || FindStartIntersection(sewn, start))
-      throw InputError(file,
-                       "found cloth that passes through the body or itself before the first "
-                       "step, expected panels around it: set a smaller edge");
     std::vector<double> time;
     std::vector<Eigen::VectorXd> cloth, bodies;
+    Faces faces, body_faces;
     double gap = std::numeric_limits<double>::infinity();
     int met = 0;
-    const WearResult result = Wear(sewn, fabric.field, *wearer, options, start, 0,
-                                   {.cancel = cancel.get()}, [&](const WornFrame& frame) {
-                                     time.push_back(frame.time);
-                                     cloth.push_back(frame.cloth.x);
-                                     bodies.push_back(frame.body);
-                                     gap = std::min(gap, frame.smallest_gap);
-                                     met += frame.body_intersections + frame.self_intersections;
-                                   });
-    if (result.status == WearStatus::kFailed) throw std::runtime_error(result.reason);
-    return std::make_tuple(time, Rows(cloth), ListTriangles(sewn.model->mesh), Rows(bodies),
-                           wearer->triangles(), gap, met);
+    const auto add = [&](const SewnGarment& sewn, const Body& wearer, const WornFrame& frame) {
+      faces = ListTriangles(sewn.model->mesh);
+      body_faces = wearer.triangles();
+      time.push_back(frame.time);
+      cloth.push_back(frame.cloth.x);
+      bodies.push_back(frame.body);
+      gap = std::min(gap, frame.smallest_gap);
+      met += frame.body_intersections + frame.self_intersections;
+    };
+    const GarmentResult result =
+        RunWearJob(spec, {.step_threads = CountThreads(threads), .backend = "cpu", .on_frame = add},
+                   [&](const ClothModel&) { return [&](int) { return fabric.field; }; },
+                   {.cancel = cancel.get()});
+    const WearResult& wear = result.runs[0].wear;
+    if (wear.status == WearStatus::kFailed) throw std::runtime_error(wear.reason);
+    return std::make_tuple(time, Rows(cloth), faces, Rows(bodies), body_faces, gap, met);
   };
   return RunApart(work, cancel.get());
 }

@@ -27,6 +27,7 @@
 #include "physics/util/options/names_file.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
+#include "solver/prediction/garment/tubes.h"
 
 namespace drape {
 namespace {
@@ -120,55 +121,6 @@ void LiftFromHips(const Eigen::AlignedBox3d& body, const std::string& where, Pat
             Format("the pattern reaches %.2f m below the soles: its origin is taken to be in the "
                    "hips, %.2f m above them (--body_offset moves the body)",
                    below, lift));
-}
-
-struct SleevePanels {
-  std::array<std::vector<int>, 2> panels;  // left, right
-  double arm_angle = 0;                    // between arms and body [rad]; 0: there are none
-};
-
-// Sleeves are panels that lie on one side of a person of usual height and reach up to the
-// shoulders.
-SleevePanels FindSleeves(const Pattern& pattern) {
-  constexpr double kHeight = 1.7, kSide = .16, kReach = 1.2;  // [m]
-  constexpr double kShoulderX = .17, kShoulderZ = 1.365;      // [m]
-  const double lift = LowestCorner(pattern) < -kBelow ? kHips * kHeight : 0;
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();  // of the two corners of each cuff
-  SleevePanels found;
-  for (size_t i = 0; i < pattern.panels.size(); ++i) {
-    const Panel& panel = pattern.panels[i];
-    Eigen::AlignedBox3d box;
-    std::vector<Eigen::Vector2d> corners;  // from the shoulder
-    for (const PatternEdge& edge : panel.outline) {
-      const Eigen::Vector3d p = panel.Place(edge.begin) + Eigen::Vector3d(0, 0, lift);
-      box.extend(p);
-      corners.emplace_back(std::abs(p.x()) - kShoulderX, p.z() - kShoulderZ);
-    }
-    const double inner = std::max(box.min().x(), -box.max().x());
-    if (inner < kSide || box.max().z() < kReach) continue;
-    std::sort(corners.begin(), corners.end(),
-              [](const auto& a, const auto& b) { return a.norm() > b.norm(); });
-    sum += corners[0] + corners[1];
-    found.panels[box.max().x() < 0].push_back(static_cast<int>(i));
-  }
-  if (!sum.isZero())
-    found.arm_angle = std::clamp(std::atan2(sum.x(), -sum.y()), kRestArmAngle, M_PI / 2);
-  return found;
-}
-
-// The middles of the sleeves of a garment once its seams are drawn together, which moves them.
-std::array<Eigen::Vector3d, 2> SleeveMiddles(const SleevePanels& sleeves,
-                                             const GarmentMesh& garment, const SewnGarment& sewn) {
-  const Eigen::VectorXd x = DrawSeams(sewn);
-  std::array<Eigen::Vector3d, 2> middle = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  for (int side = 0; side < 2; ++side) {
-    int count = 0;
-    for (const int panel : sleeves.panels[side])
-      for (int i = garment.panel_begin[panel]; i < garment.panel_begin[panel + 1]; ++i, ++count)
-        middle[side] += x.segment<3>(3 * sewn.vertex_of[i]);
-    if (count > 0) middle[side] /= count;
-  }
-  return middle;
 }
 
 // Why a garment is not worn at the end: of its vertices those that have dropped least hold it. x, v
@@ -301,16 +253,14 @@ WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options,
   CheckFields(spec);
   const ReadRecord read;
   pattern_ = ReadPattern(spec.garment);
-  const bool of_others = pattern_.arm_angle == 0;
-  const SleevePanels sleeves = FindSleeves(pattern_);
-  if (of_others) pattern_.arm_angle = sleeves.arm_angle;
-  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files, of_others);
+  body_ = ParseBody(spec.body, pattern_.arm_angle, spec.body_files);
   if (body_->num_files() > 0) spec_.body_files = body_->files();
-  if (of_others) LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
+  if (pattern_.arm_angle == 0)
+    LiftFromHips(BoxAround(body_->Positions(kGrowSeconds)), spec.garment, &pattern_);
   garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
   if (spec.wear.self_contact) CheckSeams(garment_, pattern_, spec.garment);
-  sewn_ = Sew(garment_, MakeLaw("smooth"));
-  if (sleeves.arm_angle > 0) body_->ReachInto(SleeveMiddles(sleeves, garment_, sewn_));
+  sewn_ = Sew(garment_, MakeLaw(spec.law));
+  body_->ReachInto(FindTubes(sewn_, DrawSeams(sewn_)));
   ChooseSteps(&spec_);
   // Where other programs have the cores, threads that wait for one another cost more than they
   // gain.
@@ -381,31 +331,40 @@ void WearJob::CheckStart(const State& start) const {
 GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::string& folder,
                            const RunControl& control) const {
   const nlohmann::json key = Key(material, draw);
-  fs::create_directories(folder);
+  const bool writes = !options_.out.empty();
+  if (writes) fs::create_directories(folder);
   const std::string stored = folder + "/checkpoint.json";
-  CheckStored(stored, kCheckpoint);
+  if (writes) CheckStored(stored, kCheckpoint);
   Checkpoint at;
   if (options_.resume && fs::exists(stored)) {
     at = Checkpoint::Read(stored, key, model().num_dofs());
   } else {
     at.state = StartToWear(sewn_, *body_, spec_.wear,
                            SeedOfStream(static_cast<uint64_t>(spec_.seed), draw));
-    WriteObj(folder + "/garment.obj", garment_.mesh, Unsewn(at.state.x));
-    WriteObj(folder + "/body.obj", ObjSurface{body_->Positions(0.0), body_->triangles()});
+    if (writes) {
+      WriteObj(folder + "/garment.obj", garment_.mesh, Unsewn(at.state.x));
+      WriteObj(folder + "/body.obj", ObjSurface{body_->Positions(0.0), body_->triangles()});
+    }
     CheckStart(at.state);
   }
-  GeometryCacheWriter cloth(folder + "/garment.pc2", garment_.mesh.num_vertices(), at.frame + 1);
-  GeometryCacheWriter body(folder + "/body.pc2", body_->num_vertices(), at.frame + 1);
-  const WearResult result = Wear(sewn_, material, *body_, spec_.wear, at.state,
-                                 std::max(0, at.frame), control, [&](const WornFrame& frame) {
-                                   if (frame.index <= at.frame) return;
-                                   cloth.Append(Unsewn(frame.cloth.x));
-                                   body.Append(frame.body);
-                                   AddFrame(frame, &at.run);
-                                   at.frame = frame.index;
-                                   at.state = frame.cloth;
-                                   WriteStoredJson(stored, kCheckpoint, at.ToJson(key));
-                                 });
+  std::optional<GeometryCacheWriter> cloth, body;
+  if (writes) {
+    cloth.emplace(folder + "/garment.pc2", garment_.mesh.num_vertices(), at.frame + 1);
+    body.emplace(folder + "/body.pc2", body_->num_vertices(), at.frame + 1);
+  }
+  const auto on_frame = [&](const WornFrame& frame) {
+    if (frame.index <= at.frame) return;
+    AddFrame(frame, &at.run);
+    at.frame = frame.index;
+    at.state = frame.cloth;
+    if (options_.on_frame) options_.on_frame(sewn_, *body_, frame);
+    if (!writes) return;
+    cloth->Append(Unsewn(frame.cloth.x));
+    body->Append(frame.body);
+    WriteStoredJson(stored, kCheckpoint, at.ToJson(key));
+  };
+  const WearResult result =
+      Wear(sewn_, material, *body_, spec_.wear, at.state, std::max(0, at.frame), control, on_frame);
   GarmentRun run = at.run;
   run.wear = result;
   if (result.worst_vertex >= 0) run.wear.reason += ", " + VertexText(result.worst_vertex);

@@ -53,6 +53,7 @@ struct WearSpec {
   int draws = 1;                        // materials, or starts of one material
   int seed = 1;                         // of the starts
   double seconds = 4.0;                 // simulated
+  std::string law = "smooth";           // MakeLaw
   WearOptions wear = {};                // its time step is the largest, its frames are not used
 };
 
@@ -85,7 +86,7 @@ void VisitFields(Files& files, Visitor&& visit) {
 
 template <MutableOrConst<WearSpec> Spec, class Visitor>
 void VisitFields(Spec& spec, Visitor&& visit) {
-  auto& [garment, body, body_files, edge, draws, seed, seconds, wear] = spec;
+  auto& [garment, body, body_files, edge, draws, seed, seconds, law, wear] = spec;
   visit(garment, Field{.key = "garment",
                        .doc = "sewing pattern: configs/garments/circle_skirt.json, another of that "
                               "format, or a specification of GarmentCode",
@@ -114,6 +115,7 @@ void VisitFields(Spec& spec, Visitor&& visit) {
                        .unit = "s",
                        .range = {.least = 0.04, .most = 600},
                        .in_key = false});
+  visit(law, Field{.key = "law", .is_option = false});
   VisitFields(wear, visit);
 }
 
@@ -122,8 +124,10 @@ struct WearRunOptions {
   int threads = 1;               // draws at once
   int step_threads = 1;          // of a time step, where there is one draw
   std::string backend = "auto";  // MakeStepLinearSolver
-  std::string out;               // folder of the results
+  std::string out;               // folder of the results; empty: nothing is written
   bool resume = false;           // from the checkpoints in `out`
+  // Called after each frame.
+  std::function<void(const SewnGarment&, const Body&, const WornFrame&)> on_frame = {};
 };
 
 // One garment on the body, with one material.

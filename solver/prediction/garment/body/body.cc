@@ -112,86 +112,6 @@ void CheckNoLaterFrame(const FrameNames& names, int end) {
                                             " exists, expected a file of each number");
 }
 
-// The arms of a standing person, which move about the shoulders for dressing.
-class Arms {
- public:
-  Arms() = default;
-  // A person that faces −y. The arms turn to `angle` off the body [rad].
-  Arms(const ObjSurface& person, double angle) {
-    const Eigen::VectorXd &x = person.x, contracted = Contract(person, kLimb);
-    constexpr double kShoulderHeight = .802, kShoulderWidth = .098;  // of the height, as ours
-    constexpr double kLeast = .05, kOut = .12, kReach = .6, kAboveKnees = .38;  // of the height
-    const auto heights = x.reshaped(3, x.size() / 3).row(2);
-    const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
-    share_ = Eigen::VectorXd::Zero(x.size() / 3);
-    for (const int side : {1, -1}) {
-      Arm& arm = arms_[side < 0];
-      arm.joint = {side * kShoulderWidth * height, 0, low + kShoulderHeight * height};
-      Vector3d tip = arm.joint;
-      for (int i = 0; i < share_.size(); ++i) {
-        const Vector3d p = Vertex(x, i);
-        if (side * p.x() < kOut * height || side * p.x() > kReach * height ||
-            p.z() < low + kAboveKnees * height)
-          continue;
-        if (across(p - arm.joint).norm() > across(tip - arm.joint).norm()) tip = p;
-      }
-      arm.length = across(tip - arm.joint).norm();
-      const Vector3d along = across(tip - arm.joint).normalized();
-      if (arm.length < 3 * kLeast * height) continue;
-      arm.turn = Eigen::AngleAxisd(side * (std::atan2(side * along.x(), -along.z()) - angle),
-                                   Vector3d::UnitY());
-      for (int i = 0; i < share_.size(); ++i) {
-        const Vector3d p = across(Vertex(contracted, i) - arm.joint);
-        const double far = p.dot(along), off = (p - far * along).norm();
-        const double share = SmoothStep(far / (kLeast * height)) *
-                             (1 - SmoothStep((off / height - kLeast / 2) / kLeast));
-        if (share > std::abs(share_[i])) share_[i] = side * share;
-      }
-    }
-  }
-  // Moves the middle of an arm to that of its sleeve. x: the body as it begins until then.
-  void Shift(int side, const Vector3d& sleeve, const Eigen::VectorXd& x) {
-    if (arms_[side].length > 0) arms_[side].shift = sleeve - Middle(x, side, sleeve);
-  }
-  // Moves the arms of x by a share of their way.
-  void Move(double share, Eigen::VectorXd& x) const {
-    for (int i = 0; i < share_.size(); ++i) {
-      const Arm& arm = arms_[share_[i] < 0];
-      const double part = share * std::abs(share_[i]);
-      const Eigen::AngleAxisd turn(part * arm.turn.angle(), arm.turn.axis());
-      x.segment<3>(3 * i) = arm.joint + part * arm.shift + turn * (Vertex(x, i) - arm.joint);
-    }
-  }
-
- private:
-  struct Arm {
-    Vector3d joint = Vector3d::Zero(), shift = Vector3d::Zero();  // [m]
-    double length = 0;                                            // [m]
-    Eigen::AngleAxisd turn = Eigen::AngleAxisd::Identity();
-  };
-  static Vector3d across(const Vector3d& p) { return {p.x(), 0, p.z()}; }
-
-  // The middle of an arm, as far from its shoulder as a place.
-  Vector3d Middle(const Eigen::VectorXd& x, int side, const Vector3d& place) const {
-    constexpr double kWidth = .03;  // [m]
-    const Arm& arm = arms_[side];
-    const double far = std::min((place - arm.joint).norm(), arm.length - kWidth);
-    Vector3d sum = Vector3d::Zero();
-    double weights = 0;
-    for (int i = 0; i < share_.size(); ++i) {
-      if (share_[i] == 0 || (share_[i] < 0) != (side == 1)) continue;
-      const double apart = ((Vertex(x, i) - arm.joint).norm() - far) / kWidth;
-      const double weight = std::abs(share_[i]) * std::exp(-apart * apart);
-      sum += weight * Vertex(x, i);
-      weights += weight;
-    }
-    return sum / weights;
-  }
-
-  Eigen::VectorXd share_;  // of the motion, of each vertex; negative: of the right arm
-  std::array<Arm, 2> arms_ = {};
-};
-
 class BodySequence : public Body {
  public:
   BodySequence(Triangles triangles, std::vector<Eigen::VectorXd> frames, const BodyFiles& files,
@@ -200,15 +120,7 @@ class BodySequence : public Body {
         frames_(std::move(frames)) {
     files_ = files;
     num_files_ = static_cast<int>(frames_.size());
-    if (files.grow) {
-      start_ = weightless_until_ = kGrowSeconds;
-      if (arm_angle > 0) {
-        arms_ = Arms({frames_[0], this->triangles()}, arm_angle);
-        start_ += kLowerSeconds;
-      }
-      Begin();
-    }
-    rests_after_ = start_ + (num_files_ - 1) / files_.frames_per_second;
+    if (files.grow) BeginThin(frames_[0], arm_angle);
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (int i = 0; i < num_vertices(); ++i) {
       low = std::min(low, frames_[0][3 * i + 2]);
@@ -224,23 +136,7 @@ class BodySequence : public Body {
     }
   }
 
-  Eigen::VectorXd Positions(double t) const override {
-    if (t >= start_) return Grown(t);
-    Eigen::VectorXd x = frames_[0];
-    arms_.Move(1 - SmoothStep((t - kGrowSeconds) / kLowerSeconds), x);
-    return x + (1 - SmoothStep(t / kGrowSeconds)) * shrunk_;
-  }
-
-  void ReachInto(const std::array<Vector3d, 2>& sleeves) override {
-    if (!files_.grow) return;
-    const Eigen::VectorXd x = Positions(0);
-    for (int side = 0; side < 2; ++side)
-      if (!sleeves[side].isZero()) arms_.Shift(side, sleeves[side], x);
-    Begin();
-    NoteInput("--body", Format("its arms begin in the sleeves, %.0f and %.0f cm above the floor, "
-                               "and are back in their place after %g s",
-                               100 * sleeves[0].z(), 100 * sleeves[1].z(), start_));
-  }
+  Eigen::VectorXd Positions(double t) const override { return Growing(t, Grown(t)); }
 
   Eigen::Isometry3d PelvisMotion(double t) const override {
     const Eigen::VectorXd x = Grown(t);
@@ -253,12 +149,6 @@ class BodySequence : public Body {
   }
 
  private:
-  // Draws the limbs together where they wait for the garment.
-  void Begin() {
-    Eigen::VectorXd x = frames_[0];
-    arms_.Move(1, x);
-    shrunk_ = Shrink({x, triangles()});
-  }
   // Positions of the body as it is grown, from the beginning.
   Eigen::VectorXd Grown(double t) const {
     const double last = static_cast<double>(frames_.size()) - 1;
@@ -270,9 +160,6 @@ class BodySequence : public Body {
   }
 
   std::vector<Eigen::VectorXd> frames_;
-  double start_ = 0;  // of the motion [s]
-  Arms arms_;
-  Eigen::VectorXd shrunk_;  // how far the vertices are off at t = 0 [m]
   std::vector<int> pelvis_;
 };
 
@@ -295,6 +182,44 @@ void NotePress(double most, const std::string& path) {
 }
 
 }  // namespace
+
+void Body::BeginThin(const Eigen::VectorXd& person, double arm_angle) {
+  person_ = person;
+  limbs_ = Limbs({person, triangles_});
+  if (arm_angle > 0) limbs_.TurnArms(arm_angle);
+  MoveLimbs(arm_angle > 0);
+}
+
+// Draws the limbs together where they wait for the garment.
+void Body::MoveLimbs(bool any) {
+  weightless_until_ = kGrowSeconds;
+  start_ = kGrowSeconds + (any ? kLowerSeconds : 0);
+  Eigen::VectorXd x = person_;
+  shrunk_ = limbs_.thin();
+  limbs_.Move(1, x);
+  limbs_.Move(1, shrunk_);
+  shrunk_ -= x;
+}
+
+Eigen::VectorXd Body::Growing(double t, Eigen::VectorXd x) const {
+  if (person_.size() == 0 || t >= start_) return x;
+  limbs_.Move(1 - SmoothStep((t - kGrowSeconds) / kLowerSeconds), x);
+  return x + (1 - SmoothStep(t / kGrowSeconds)) * shrunk_;
+}
+
+void Body::ReachInto(const std::vector<ClothTube>& tubes) {
+  if (person_.size() == 0) return;
+  std::string moved;
+  for (const ClothTube& tube : tubes) {
+    const std::string limb = limbs_.ReachInto(tube);
+    if (!limb.empty()) moved += (moved.empty() ? "" : ", ") + limb;
+  }
+  if (moved.empty()) return;
+  MoveLimbs(true);
+  NoteInput("--body", moved + Format(": they begin in the garment, and are back in their place "
+                                     "after %g s",
+                                     start_));
+}
 
 std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const BodyFiles& files,
                                        double arm_angle) {
@@ -344,13 +269,12 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
                                         arm_angle);
 }
 
-std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files,
-                                bool grows_as_files) {
+std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle, const BodyFiles& files) {
   constexpr char kMannequin[] = "mannequin:";
   if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, files, arm_angle);
   const auto kind =
       ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
-  return std::make_unique<Mannequin>(kind, arm_angle, grows_as_files);
+  return std::make_unique<Mannequin>(kind, arm_angle);
 }
 
 }  // namespace drape

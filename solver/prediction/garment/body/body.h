@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "physics/util/options/field.h"
+#include "solver/prediction/garment/body/limbs.h"
 #include "solver/prediction/garment/body/stance.h"
 
 namespace drape {
 
 inline constexpr double kGrowSeconds = .5;    // in which a body grows to its size [s]
-inline constexpr double kLowerSeconds = .75;  // in which the arms come down afterwards [s]
+inline constexpr double kLowerSeconds = .75;  // in which limbs go back to their place then [s]
 
 // A moving body that wears a garment: a closed surface of triangles that stay the same while their
 // vertices move. z is up, the body faces −y, and its left is +x.
@@ -29,7 +30,9 @@ class Body {
   // of the mannequin 0.
   int num_files() const { return num_files_; }
   const BodyFiles& files() const { return files_; }
-  double rests_after() const { return rests_after_; }
+  double rests_after() const {
+    return num_files_ == 0 ? 0 : start_ + (num_files_ - 1) / files_.frames_per_second;
+  }
   // While it grows from limbs drawn together, a garment that nothing holds yet has no weight [s].
   double weightless_until() const { return weightless_until_; }
 
@@ -38,22 +41,32 @@ class Body {
   // The rigid motion of the pelvis since t = 0: where a point that moves with it has gone. For
   // waistbands and other rings that the body holds.
   virtual Eigen::Isometry3d PelvisMotion(double t) const = 0;
-  // Lets arms that were turned for dressing begin in the middles of the left and the right sleeve
-  // [m], zero where there is none, with a note. The mannequin's stay.
-  virtual void ReachInto(const std::array<Eigen::Vector3d, 2>& /*sleeves*/) {}
+  // Lets arms and legs begin in the tubes of a garment, with a note, if it grows as files do.
+  void ReachInto(const std::vector<ClothTube>& tubes);
 
  protected:
   Body(std::vector<std::array<int, 3>> triangles, int num_vertices)
       : triangles_(std::move(triangles)), num_vertices_(num_vertices) {}
 
+  // Lets a person begin with its limbs drawn together, and the arms at this angle off the body
+  // [rad]; 0: where they are.
+  void BeginThin(const Eigen::VectorXd& person, double arm_angle);
+  // The way of its vertices from there to x, which they have reached at start_.
+  Eigen::VectorXd Growing(double t, Eigen::VectorXd x) const;
+
+  double start_ = 0.0;  // of the motion [s]
   int num_files_ = 0;
   BodyFiles files_ = {};
-  double rests_after_ = 0.0;
   double weightless_until_ = 0.0;
 
  private:
+  void MoveLimbs(bool any);
+
   std::vector<std::array<int, 3>> triangles_;
   int num_vertices_;
+  Eigen::VectorXd person_;  // as it is grown [m]; empty: it does not begin thin
+  Eigen::VectorXd shrunk_;  // how far its vertices are off at t = 0 [m]
+  Limbs limbs_;
 };
 
 // Reads a user's body: one file (ReadSurface), or those whose names follow from a pattern such as
@@ -61,7 +74,7 @@ class Body {
 // FindStance finds that they are meant. A surface that is inside out is turned over. One that is
 // open is wrapped with a note, and the wrap moves along (Wrap, Follower). A body that meets itself
 // is noted, and parts of it without room for cloth between them are pressed in with a note
-// (PressIn). For the first half second the body grows to its size (Contract), unless files.grow is
+// (PressIn). For the first half second the body grows to its size (Limbs), unless files.grow is
 // false; where arm_angle > 0, its arms are turned to that angle off the body [rad], and go back to
 // their place in the next 0.75 s. Then vertices move linearly from frame to frame, and rest after
 // the last. The pelvis is the part of the body between 45 % and 65 % of its height in the first
@@ -74,12 +87,10 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern, const Bo
                                        double arm_angle = 0);
 
 // Makes the body that a user names: "mannequin:walk" (or any other MotionKind), or the names of
-// files, "DIR/body_%04d.obj", with the arms turned to arm_angle for dressing [rad]; 0: as they are.
-// grows_as_files: the mannequin grows as ReadBodySequence lets bodies grow, for garments that were
-// not placed around half of its radii. Throws InputError for another motion, and as Mannequin and
-// ReadBodySequence do.
+// files, "DIR/body_%04d.obj", with the arms turned to arm_angle for dressing [rad]; 0: not stated.
+// Throws InputError for another motion, and as Mannequin and ReadBodySequence do.
 std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
-                                const BodyFiles& files = {}, bool grows_as_files = false);
+                                const BodyFiles& files = {});
 
 // What the mannequin does [METHODS, P65]: it stands and breathes, walks on one spot at one stride a
 // second, turns to and fro, or jumps.
@@ -115,10 +126,10 @@ struct Pose {
 // 49.6 to 50.4; no vertex is faster than 4.7 m/s (the feet in the walk).
 class Mannequin : public Body {
  public:
-  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: 25°, or
-  // 80° where it grows as files. Throws InputError (prefix "arms") for others.
-  explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle,
-                     bool grows_as_files = false);
+  // arm_angle: between the arms and the body at the beginning [rad], 25° … 90°; 0: not stated, 80°,
+  // and it grows as ReadBodySequence lets bodies grow, for garments that were not placed around
+  // half of its radii. Throws InputError (prefix "arms") for others.
+  explicit Mannequin(MotionKind kind, double arm_angle = kRestArmAngle);
 
   Eigen::VectorXd Positions(double t) const override;
   Eigen::Isometry3d PelvisMotion(double t) const override;
@@ -135,10 +146,8 @@ class Mannequin : public Body {
   Pose PoseAt(double t) const;
 
   MotionKind kind_;
-  double lift_;   // of the arms at the beginning [rad]
-  double start_;  // of the motion [s]
+  double lift_;  // of the arms at the beginning [rad]
   Eigen::VectorXd rest_x_;
-  Eigen::VectorXd shrunk_;  // how far its vertices are off at t = 0, if it grows as files [m]
   std::vector<Skin> skin_;
 };
 

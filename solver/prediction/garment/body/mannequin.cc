@@ -294,13 +294,13 @@ std::vector<std::array<int, 3>> RestTriangles() {
 
 }  // namespace
 
-// How far the arms are lifted out of the way of a garment without sleeves [rad].
-constexpr double kClear = 55 * kDegree;
+// The angle of the arms out of the way of a garment without sleeves [rad].
+constexpr double kClear = 80 * kDegree;
 
-Mannequin::Mannequin(MotionKind kind, double arm_angle, bool grows_as_files)
+Mannequin::Mannequin(MotionKind kind, double arm_angle)
     : Body(RestTriangles(), static_cast<int>(RestMesh().v.size())),
       kind_(kind),
-      lift_(arm_angle == 0 ? (grows_as_files ? kClear : 0) : arm_angle - kRestArmAngle) {
+      lift_(arm_angle == 0 ? 0 : arm_angle - kRestArmAngle) {
   if (!(lift_ >= -1e-9 && arm_angle <= std::numbers::pi / 2 + 1e-9))
     throw InputError("arms", Format("%g° off the body, expected 25° … 90°", arm_angle / kDegree));
   start_ = kGrowSeconds + (lift_ > 1e-9 ? kLowerSeconds : 0);
@@ -309,9 +309,7 @@ Mannequin::Mannequin(MotionKind kind, double arm_angle, bool grows_as_files)
     rest_x_.segment<3>(3 * i) = RestMesh().v[i];
     skin_.push_back(MakeSkin(RestMesh().v[i]));
   }
-  if (!grows_as_files) return;
-  shrunk_ = Shrink({PositionsInPose(PoseAt(0), 1), triangles()});
-  weightless_until_ = kGrowSeconds;
+  if (arm_angle == 0) BeginThin(PositionsInPose(PoseAt(0), 1), kClear);
 }
 
 Pose Mannequin::PoseAt(double t) const {
@@ -357,7 +355,7 @@ Eigen::VectorXd Mannequin::PositionsInPose(const Pose& pose, double radius_scale
 
 Eigen::VectorXd Mannequin::Positions(double t) const {
   const double grown = SmoothStep(t / kGrowSeconds);
-  if (shrunk_.size() > 0) return PositionsInPose(PoseAt(t), 1) + (1 - grown) * shrunk_;
+  if (weightless_until() > 0) return Growing(t, PositionsInPose(PoseAt(t), 1));
   return PositionsInPose(PoseAt(t), kLeastRadiusScale + (1 - kLeastRadiusScale) * grown);
 }
 

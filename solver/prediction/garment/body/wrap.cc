@@ -182,17 +182,6 @@ Eigen::VectorXd Contract(const ObjSurface& surface, double length) {
   return solved.transpose().reshaped();
 }
 
-Eigen::VectorXd Shrink(const ObjSurface& person) {
-  constexpr double kShare = .75, kHips = .5, kChest = .65;  // of the way; of the height
-  const Eigen::VectorXd& x = person.x;
-  Eigen::VectorXd shrunk = kShare * (Contract(person, kLimb) - x);
-  const auto heights = x.reshaped(3, x.size() / 3).row(2);
-  const double low = heights.minCoeff(), height = heights.maxCoeff() - low;
-  for (Eigen::Index i = 2; i < x.size(); i += 3)
-    shrunk[i] *= SmoothStep(((x[i] - low) / height - kHips) / (kChest - kHips));
-  return shrunk;
-}
-
 double SmoothStep(double s) {
   s = std::clamp(s, 0.0, 1.0);
   return s * s * s * (s * (6 * s - 15) + 10);

@@ -43,10 +43,6 @@ Eigen::VectorXd Contract(const ObjSurface& surface, double length);
 // A limb of this radius is drawn together to half of it or less [m].
 inline constexpr double kLimb = .17;
 
-// How far the vertices of a person are off when it begins to grow [m], shape [3V]: towards its
-// limbs' axes. Legs are not drawn up or down, as the crotch would come down between them.
-Eigen::VectorXd Shrink(const ObjSurface& person);
-
 // Rises from 0 at s ≤ 0 to 1 at s ≥ 1, with two continuous derivatives.
 double SmoothStep(double s);
 

@@ -15,6 +15,8 @@
 #include "physics/util/errors.h"
 #include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/pattern/pattern.h"
+#include "solver/prediction/garment/tubes.h"
+#include "solver/prediction/garment/wear.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {
@@ -118,6 +120,26 @@ TEST(GarmentMesh, RefusesFacesOnOneAnother) {
   EXPECT_INPUT_ERROR(CheckSeams(MakeGarmentMesh(bag, .1), bag, "bag.json"),
                      "bag.json: found seams that lay a face of panel 'b' on another one");
   EXPECT_NO_THROW(CheckSeams(MakeGarmentMesh(TwoPanels(false), .03), TwoPanels(false), "two"));
+}
+
+// The T-shirt has two tubes, from the cuffs of its sleeves; the skirt and the dress have none.
+TEST(Tubes, BeginAtCuffsOfOneSide) {
+  const auto tubes = [](const std::string& name) {
+    const SewnGarment sewn =
+        Sew(MakeGarmentMesh(
+                ReadPattern(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/" + name), .03),
+            MakeLaw("smooth"));
+    return FindTubes(sewn, DrawSeams(sewn));
+  };
+  const std::vector<ClothTube> found = tubes("t_shirt.json");
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_LT(found[0][0].middle.x() * found[1][0].middle.x(), 0);
+  for (const ClothTube& tube : found) {
+    ASSERT_GT(tube.size(), 4u);
+    EXPECT_GT(std::abs(tube[0].middle.x()), std::abs(tube[3].middle.x()) + .08);
+    for (size_t k = 1; k < tube.size(); ++k) EXPECT_GT(tube[k - 1].inner, tube[k].inner);
+  }
+  EXPECT_THAT(tubes("circle_skirt.json"), IsEmpty());
 }
 
 class ShippedGarment : public ::testing::TestWithParam<const char*> {
