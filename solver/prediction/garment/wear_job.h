@@ -124,7 +124,7 @@ struct WearRunOptions {
   int threads = 1;               // draws at once
   int step_threads = 1;          // of a time step, where there is one draw
   std::string backend = "auto";  // MakeStepLinearSolver
-  std::string out;               // folder of the results; empty: nothing is written
+  std::string out = {};          // folder of the results; empty: nothing is written
   bool resume = false;           // from the checkpoints in `out`
   // Called after each frame.
   std::function<void(const SewnGarment&, const Body&, const WornFrame&)> on_frame = {};
