@@ -22,8 +22,6 @@ constexpr double kPelvisBottom = .45, kPelvisTop = .65;  // of the height
 constexpr int kMaxFrames = 100000;
 constexpr double kMaxSpeed = 20;  // of a vertex between two frames [m/s]
 
-Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
-
 // The name with the number in the place of %0Nd or %d; without these one file, numbered 0.
 class FrameNames {
  public:

@@ -12,20 +12,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
 Vector3d Across(const Vector3d& p) { return {p.x(), 0, p.z()}; }
 
 // Where arms and legs are and bend, in heights of the person.
-struct Place {
+struct LimbPlace {
   double joint_side, joint_up;          // as ours
   double least_side, most_side, above;  // of hand or foot
   double bend;                          // the length over which it bends
   double inner;                         // no cloth around it comes nearer to the middle
 };
-constexpr Place kPlaces[2] = {{.098, .802, .12, .6, .38, .05, .115},
-                              {.055, .480, .00, .2, .00, .10, .0}};
-constexpr double kShare = .75, kHips = .5, kChest = .65;  // of the way; of the height
-constexpr double kThick = .05;  // of a limb that is drawn together, in heights
+constexpr LimbPlace kLimbPlaces[2] = {{.098, .802, .12, .6, .38, .05, .115},
+                                      {.055, .480, .00, .2, .00, .10, .0}};
 constexpr double kWidth = .03;  // of the slices of which middles are taken [m]
 
 }  // namespace
@@ -34,13 +31,15 @@ Limbs::Limbs(const ObjSurface& person)
     : thin_(person.x),
       share_(Eigen::VectorXd::Zero(person.x.size() / 3)),
       limb_of_(person.x.size() / 3, 0) {
+  constexpr double kShare = .75, kHips = .5, kChest = .65;  // of the way; of the height
+  constexpr double kThick = .05;  // of a limb that is drawn together, in heights
   const Eigen::VectorXd &x = person.x, contracted = Contract(person, kLimb);
   const auto heights = x.reshaped(3, x.size() / 3).row(2);
   low_ = heights.minCoeff();
   height_ = heights.maxCoeff() - low_;
   for (int k = 0; k < 4; ++k) {
     Limb& limb = limbs_[k];
-    const Place& place = kPlaces[k / 2];
+    const LimbPlace& place = kLimbPlaces[k / 2];
     const int side = k % 2 == 0 ? 1 : -1;
     limb.joint = {side * place.joint_side * height_, 0, low_ + place.joint_up * height_};
     Vector3d tip = limb.joint;
@@ -94,7 +93,7 @@ std::string Limbs::ReachInto(const ClothTube& tube) {
   std::vector<Vector3d> middles, rings;  // off the joint
   for (const ClothRing& ring : tube) {
     const double at = (ring.middle - limb.joint).norm();
-    if (ring.inner < kPlaces[is_leg].inner * height_ || at > limb.length - kWidth) continue;
+    if (ring.inner < kLimbPlaces[is_leg].inner * height_ || at > limb.length - kWidth) continue;
     far.push_back(at);
     middles.push_back(Middle(limb, at) - limb.joint);
     rings.push_back(ring.middle - limb.joint);

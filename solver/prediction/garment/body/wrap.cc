@@ -26,8 +26,6 @@ using Point = Kernel::Point_3;
 using Triangle = std::array<int, 3>;
 using Eigen::Vector3d;
 
-Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
-
 // Two edges and the normal.
 Eigen::Matrix3d Frame(const Eigen::VectorXd& x, const Triangle& t) {
   Eigen::Matrix3d frame;

@@ -40,6 +40,8 @@ double PressIn(ObjSurface& surface);
 // 1999], which draws limbs of a radius below `length` [m] together to their axes: shape [3V].
 Eigen::VectorXd Contract(const ObjSurface& surface, double length);
 
+inline Eigen::Vector3d Vertex(const Eigen::VectorXd& x, int i) { return x.segment<3>(3 * i); }
+
 // A limb of this radius is drawn together to half of it or less [m].
 inline constexpr double kLimb = .17;
 
