@@ -234,6 +234,7 @@ class WearJob {
   nlohmann::json Key(const MaterialField& material, int draw) const;
   GarmentRun RunOne(const MaterialField& material, int draw, const std::string& folder,
                     const RunControl& control) const;
+  GarmentRun Conclude(const Checkpoint& at, const WearResult& result) const;
   const ClothModel& model() const { return *sewn_.model; }
 
   WearSpec spec_;  // with the time step and the frames of the runs
@@ -308,7 +309,8 @@ void WearJob::RefuseStart(const State& start, int vertex, const std::string& fou
   throw InputError(spec_.garment,
                    Format("found cloth that %s before the first step, near (%.1f, %.1f, %.1f) cm, ",
                           found.c_str(), place.x(), place.y(), place.z()) +
-                       VertexText(vertex) + ", expected " + expected + "; see body.obj");
+                       VertexText(vertex) + ", expected " + expected +
+                       (options_.out.empty() ? "" : "; see body.obj"));
 }
 
 // Contact keeps cloth out of itself and the body out of cloth, but takes neither out.
@@ -365,6 +367,11 @@ GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const std::s
   };
   const WearResult result =
       Wear(sewn_, material, *body_, spec_.wear, at.state, std::max(0, at.frame), control, on_frame);
+  return Conclude(at, result);
+}
+
+// The run, which fails where the garment is not worn at its end.
+GarmentRun WearJob::Conclude(const Checkpoint& at, const WearResult& result) const {
   GarmentRun run = at.run;
   run.wear = result;
   if (result.worst_vertex >= 0) run.wear.reason += ", " + VertexText(result.worst_vertex);
