@@ -361,7 +361,7 @@ WornGarment.__doc__ = "Frames [T, V, 3], m, the smallest gap, m, and how many fa
 def wear(pattern, material, body="mannequin:walk", edge=0.012, frames=100, friction=0.3,
          self_contact=True, law="smooth", threads=0):
     """The WornGarment of a sewing pattern's file: frames of 0.04 s on a body of drape_garment; edge:
-    of the triangles, m; friction: with the body."""
+    of the triangles, m; friction: with the body. Raises where a step fails or it slides off."""
     time, garment, faces, wearer, *rest = _core.wear(
         str(pattern), material, str(body), edge, frames, friction, self_contact, law, threads)
     garment, wearer = (x.reshape(len(time), -1, 3) for x in (garment, wearer))
