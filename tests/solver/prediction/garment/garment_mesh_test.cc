@@ -122,7 +122,7 @@ TEST(GarmentMesh, RefusesFacesOnOneAnother) {
   EXPECT_NO_THROW(CheckSeams(MakeGarmentMesh(TwoPanels(false), .03), TwoPanels(false), "two"));
 }
 
-// The T-shirt has two tubes, from the cuffs of its sleeves; the skirt and the dress have none.
+// The T-shirt has two tubes, from the cuffs of its sleeves; the skirt has none.
 TEST(Tubes, BeginAtCuffsOfOneSide) {
   const auto tubes = [](const std::string& name) {
     const SewnGarment sewn =
