@@ -458,6 +458,16 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   WriteState(folder + "/" + files[2], at_rest);
 }
 
+// Such a cloth has many drapes at rest.
+bool SeesClothOverSupport(const FitProblem& problem) {
+  const auto lies = [](const Experiment* experiment) {
+    return experiment != nullptr && SupportRadius(experiment->scene);
+  };
+  return lies(FindExperiment(problem)) ||
+         std::any_of(problem.further.begin(), problem.further.end(),
+                     [&](const SettledExperiment& each) { return lies(each.experiment.get()); });
+}
+
 }  // namespace
 
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
@@ -543,6 +553,8 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   if (report.posterior) {
     StoredPosterior posterior = MakeStoredPosterior(*report.posterior);
     posterior.warp_known = report.warp_known();
+    if (posterior.kind == PosteriorKind::kHierarchy && SeesClothOverSupport(problem))
+      CountBranches(kModelDeviation, posterior);
     WritePosterior(files.out, posterior,
                    std::string("drape_fit, model ") + ToString(spec.model) + source);
   }

@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -171,6 +172,7 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
       file["covariance"].push_back(posterior.covariance.col(i));
     for (const auto& column : posterior.fabric_prior.colwise())
       file["fabric_prior"].push_back(column);
+    if (posterior.branch_deviation > 0.0) file["branch_deviation"] = posterior.branch_deviation;
   }
   WriteMaterial(folder + "/" + kBase, {.name = "base",
                                        .field = posterior.base,
@@ -192,7 +194,7 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
   std::vector<std::string> keys = {
       "format", "version",  "kind", "log_factors_on",
       "names",  "prior_sd", "mean", elements ? "element_sd" : "covariance"};
-  if (!elements) keys.emplace_back("fabric_prior");
+  if (!elements) keys.insert(keys.end(), {"fabric_prior", "branch_deviation"});
   input.ExpectKeys(keys);
   ReadNames(input.At("names"), &posterior);
   const int count = posterior.size();
@@ -206,6 +208,8 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
     posterior.covariance = ReadCovariance(input.At("covariance"), count);
     if (input.Has("fabric_prior"))
       posterior.fabric_prior = ReadCovariance(input.At("fabric_prior"), posterior.num_fabric());
+    if (input.Has("branch_deviation"))
+      posterior.branch_deviation = input.At("branch_deviation").NumberWithin(0.0, kMostLogFactor);
   }
   Material base = ReadMaterial(folder + "/" + kBase, policy);
   posterior.base = std::move(base.field);
@@ -354,6 +358,37 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
   if (fit.hierarchy.fabric_root.size() > 0)
     stored.fabric_prior = fit.hierarchy.fabric_root * fit.hierarchy.fabric_root.transpose();
   return stored;
+}
+
+// With numbers u in units of the prior and errors e ~ N(0, E), data of information H = C⁻¹ − 1
+// about u + e have the information A·(1 + A·E·A)⁻¹·A about u, A = √H.
+void CountBranches(double deviation, StoredPosterior& posterior) {
+  constexpr int kCount = kMaterialEntries;
+  constexpr double kFixed = 1e-6;  // deviation in the prior of an entry that does not vary
+  const Eigen::Index size = posterior.size();
+  CHECK_EQ(posterior.num_fabric(), kCount);
+  Eigen::MatrixXd prior = posterior.prior_sd.cwiseAbs2().asDiagonal();
+  prior.topLeftCorner<kCount, kCount>() = posterior.FabricPrior();
+  const Eigen::ArrayXd varies = (posterior.prior_sd.array() > kFixed).cast<double>();
+  Eigen::MatrixXd by_column =
+      Eigen::MatrixXd::Zero(size, TyingMatrix(ParameterTying::kColumns).cols());
+  by_column.topRows<kCount>() = TyingMatrix(ParameterTying::kColumns);
+  const Eigen::LLT<Eigen::MatrixXd> root(prior);
+  const Eigen::MatrixXd off =
+      root.matrixL().solve(deviation * varies.matrix().asDiagonal() * by_column);
+  const Eigen::MatrixXd half = root.matrixL().solve(posterior.covariance);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> known(
+      root.matrixL().solve(half.transpose()));
+  const Eigen::VectorXd information = known.eigenvalues().cwiseInverse().array() - 1.0;
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size),
+                        rooted = known.eigenvectors() *
+                                 information.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+                                 known.eigenvectors().transpose(),
+                        seen = rooted * off, blurred = one + seen * seen.transpose(),
+                        precision = one + rooted * blurred.llt().solve(rooted);
+  const Eigen::MatrixXd scale = root.matrixL();
+  posterior.covariance = scale * precision.llt().solve(scale.transpose());
+  posterior.branch_deviation = deviation;
 }
 
 std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights) {

@@ -27,8 +27,9 @@ constexpr auto EnumNames(PosteriorKind) {
 // The posterior of a fit as its files hold it: posterior.json, with base.json beside it,
 //   {"format": "drapefit-posterior", "version": 2, "kind", "log_factors_on": "base.json",
 //    "names" [P], "prior_sd" [P], "mean" [P],
-//    kind hierarchy: "covariance" [P][P], and "fabric_prior" [N][N] where the fabric's N log
-//    factors have no independent prior; kind bdp: "element_sd" [P]}.
+//    kind hierarchy: "covariance" [P][P], "fabric_prior" [N][N] where the fabric's N log factors
+//    have no independent prior, and "branch_deviation" where the covariance counts other branches
+//    (CountBranches); kind bdp: "element_sd" [P]}.
 // Names say what a log factor is on: those of a tying (NameFor), then of a hierarchy "specimen 1
 // stretch", "specimen 1 bend", "specimen 2 stretch", ….
 struct StoredPosterior {
@@ -43,6 +44,7 @@ struct StoredPosterior {
   Eigen::VectorXd element_sd;                        // kElements, shape [39]; kHierarchy: empty
   // Covariance of the fabric's log factors in the prior; empty: independent, of prior_sd.
   Eigen::MatrixXd fabric_prior = {};
+  double branch_deviation = 0.0;  // CountBranches
 
   int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
   int size() const { return num_fabric() + 2 * specimens; }
@@ -120,6 +122,11 @@ nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::Vecto
 
 // The posterior as its files hold it (WritePosterior).
 StoredPosterior MakeStoredPosterior(const PosteriorFit& fit);
+
+// Widens a posterior of 39 entries by what other branches leave: its data tell of a fabric each of
+// whose columns is off by this deviation of the logarithm. The prior remains, and the mean
+// [METHODS, P57].
+void CountBranches(double deviation, StoredPosterior& posterior);
 
 // For a person: the stiffness, how many log factors the data determine, and whether k̂ allows
 // to rely on it.

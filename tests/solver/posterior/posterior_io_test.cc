@@ -9,6 +9,7 @@
 
 #include "solver/fit/effective_stiffness.h"
 #include "solver/posterior/posterior_fit.h"
+#include "tests/losses/temp_folder.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
@@ -38,6 +39,41 @@ TEST(PosteriorReport, WhatIsHeldHasNoUncertainty) {
   }
   const PosteriorFit all = WithTables(ParameterTying::kEntries);
   EXPECT_GT(ComputePosteriorStiffness(all, EqualStiffnessWeights()).stretch_deviation, 0.0);
+}
+
+// The mean of a column whose entries are alike is known as if it were seen with a further error.
+// What entries are beside their mean is known as before, and what the prior holds stays.
+TEST(StoredPosterior, OtherBranchesWidenTheMeansOfColumns) {
+  constexpr double kPrior = 0.3, kSeen = 0.01, kDeviation = 0.3, kHeld = 1e-12;
+  StoredPosterior posterior;
+  posterior.base = TestMaterial();
+  posterior.prior_sd = Eigen::VectorXd::Constant(kMaterialEntries, kPrior);
+  posterior.mean = Eigen::VectorXd::LinSpaced(kMaterialEntries, -1.0, 1.0);
+  posterior.prior_sd.head(kStretchEntries).setConstant(kHeld);
+  const double variance = kPrior * kPrior * kSeen;
+  posterior.covariance = variance * Eigen::MatrixXd::Identity(kMaterialEntries, kMaterialEntries);
+  posterior.covariance.topLeftCorner<kStretchEntries, kStretchEntries>().diagonal().setConstant(
+      kHeld * kHeld);
+  const StoredPosterior before = posterior;
+  CountBranches(kDeviation, posterior);
+  EXPECT_EQ(posterior.branch_deviation, kDeviation);
+  EXPECT_EQ(posterior.mean, before.mean);
+  const auto bend = posterior.covariance.bottomRightCorner<kBendEntries, kBendEntries>();
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(kBendEntries), beside = mean;
+  mean.head<kBendCols>().setConstant(1.0 / std::sqrt(kBendCols));
+  beside[0] = -(beside[1] = std::sqrt(0.5));
+  const double by_prior = 1.0 / (kPrior * kPrior),
+               seen =
+                   1.0 / (1.0 / (1.0 / variance - by_prior) + kBendCols * std::pow(kDeviation, 2));
+  EXPECT_NEAR(mean.dot(bend * mean), 1.0 / (by_prior + seen), 1e-12);
+  EXPECT_NEAR(beside.dot(bend * beside), variance, 1e-12);
+  EXPECT_NEAR(posterior.covariance(0, 0), kHeld * kHeld, 1e-30);
+  EXPECT_NEAR((posterior.covariance - before.covariance).topRows(kStretchEntries).norm(), 0.0,
+              1e-28);
+
+  const TempFolder folder;
+  WritePosterior(folder.path(), posterior, "a test");
+  EXPECT_EQ(ReadPosterior(folder.path()).branch_deviation, kDeviation);
 }
 
 }  // namespace
