@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <glog/logging.h>
+#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sys/resource.h>
@@ -21,6 +22,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <new>
@@ -404,6 +406,17 @@ fs::path FindScript(const std::string& installed, const std::string& source) {
   return {};
 }
 
+// Keeps memory that is freed for the next use. Factors and Jacobians come and go with every pattern
+// and rollout, and a fresh page of a virtual machine costs more than the numbers in it.
+void KeepFreedMemory() {
+#ifdef __GLIBC__
+  constexpr int kNever = std::numeric_limits<int>::max(), kMore = 1 << 26;  // bytes
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, kNever);
+  mallopt(M_TOP_PAD, kMore);
+#endif
+}
+
 }  // namespace
 
 std::vector<std::string> ScriptCommand(const std::string& installed, const std::string& source) {
@@ -416,6 +429,7 @@ std::vector<std::string> ScriptCommand(const std::string& installed, const std::
 int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ToolOutcome(const RunControl& control)>& run) {
   OpenStandardStreams();
+  KeepFreedMemory();
   const InterruptWatch watch(table.tool);
   running_tool = table.tool;
   std::set_terminate(OnTerminate);

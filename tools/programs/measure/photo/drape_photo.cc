@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <future>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -305,8 +304,6 @@ ToolOutcome Run(const PhotoToolOptions& options, const RunControl& control) {
 }  // namespace drape
 
 int main(int argc, char** argv) {
-  mallopt(M_MMAP_MAX, 0);   // planes are freed and made again: a fifth of the time was page faults
-  mallopt(M_ARENA_MAX, 1);  // those of other threads grow by system calls
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_ARENA_MAX, 1);  // the memory of other threads grows by system calls
   return drape::ToolMain(argc, argv, drape::PhotoTable, drape::Run);
 }
