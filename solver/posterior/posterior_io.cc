@@ -360,34 +360,24 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
   return stored;
 }
 
-// With numbers u in units of the prior and errors e ~ N(0, E), data of information H = C⁻¹ − 1
-// about u + e have the information A·(1 + A·E·A)⁻¹·A about u, A = √H.
+// With the prior P and errors B·e, e ~ N(0, 1), data of information C⁻¹ − P⁻¹ leave
+// C + G·(1 + S)⁻¹·Gᵀ, G = B − C·P⁻¹·B, S = Gᵀ·P⁻¹·B.
 void CountBranches(double deviation, StoredPosterior& posterior) {
   constexpr int kCount = kMaterialEntries;
   constexpr double kFixed = 1e-6;  // deviation in the prior of an entry that does not vary
-  const Eigen::Index size = posterior.size();
   CHECK_EQ(posterior.num_fabric(), kCount);
-  Eigen::MatrixXd prior = posterior.prior_sd.cwiseAbs2().asDiagonal();
-  prior.topLeftCorner<kCount, kCount>() = posterior.FabricPrior();
-  const Eigen::ArrayXd varies = (posterior.prior_sd.array() > kFixed).cast<double>();
-  Eigen::MatrixXd by_column =
-      Eigen::MatrixXd::Zero(size, TyingMatrix(ParameterTying::kColumns).cols());
-  by_column.topRows<kCount>() = TyingMatrix(ParameterTying::kColumns);
-  const Eigen::LLT<Eigen::MatrixXd> root(prior);
+  const Eigen::ArrayXd varies = (posterior.prior_sd.head<kCount>().array() > kFixed).cast<double>();
   const Eigen::MatrixXd off =
-      root.matrixL().solve(deviation * varies.matrix().asDiagonal() * by_column);
-  const Eigen::MatrixXd half = root.matrixL().solve(posterior.covariance);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> known(
-      root.matrixL().solve(half.transpose()));
-  const Eigen::VectorXd information = known.eigenvalues().cwiseInverse().array() - 1.0;
-  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(size, size),
-                        rooted = known.eigenvectors() *
-                                 information.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-                                 known.eigenvectors().transpose(),
-                        seen = rooted * off, blurred = one + seen * seen.transpose(),
-                        precision = one + rooted * blurred.llt().solve(rooted);
-  const Eigen::MatrixXd scale = root.matrixL();
-  posterior.covariance = scale * precision.llt().solve(scale.transpose());
+      deviation * varies.matrix().asDiagonal() * TyingMatrix(ParameterTying::kColumns);
+  const Eigen::MatrixXd weighted = posterior.FabricPrior().llt().solve(off);
+  Eigen::MatrixXd seen = -posterior.covariance.leftCols<kCount>() * weighted;
+  seen.topRows<kCount>() += off;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> known(seen.topRows<kCount>().transpose() *
+                                                             weighted);
+  const Eigen::MatrixXd turned = seen * known.eigenvectors();
+  const Eigen::ArrayXd s = known.eigenvalues();  // below 0: known less than in the prior
+  const Eigen::ArrayXd kept = (s > 0.0).select(1.0 / (1.0 + s), 0.0);
+  posterior.covariance += turned * kept.matrix().asDiagonal() * turned.transpose();
   posterior.branch_deviation = deviation;
 }
 
