@@ -361,18 +361,19 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
 }
 
 // With the prior P and errors B·e, e ~ N(0, 1), data of information C⁻¹ − P⁻¹ leave
-// C + G·(1 + S)⁻¹·Gᵀ, G = B − C·P⁻¹·B, S = Gᵀ·P⁻¹·B.
+// C + G·(1 + S)⁻¹·Gᵀ, G = B − C·P⁻¹·B, S = Gᵀ·P⁻¹·B. A number is off by the mean of its entries.
 void CountBranches(double deviation, StoredPosterior& posterior) {
-  constexpr int kCount = kMaterialEntries;
   constexpr double kFixed = 1e-6;  // deviation in the prior of an entry that does not vary
-  CHECK_EQ(posterior.num_fabric(), kCount);
-  const Eigen::ArrayXd varies = (posterior.prior_sd.head<kCount>().array() > kFixed).cast<double>();
+  const int count = posterior.num_fabric();
+  const Eigen::MatrixXd tie = TyingMatrix(posterior.fabric);
+  const Eigen::ArrayXd varies = (posterior.prior_sd.head(count).array() > kFixed).cast<double>();
+  const Eigen::ArrayXd share = deviation * varies / tie.colwise().sum().transpose().array();
   const Eigen::MatrixXd off =
-      deviation * varies.matrix().asDiagonal() * TyingMatrix(ParameterTying::kColumns);
+      share.matrix().asDiagonal() * tie.transpose() * TyingMatrix(ParameterTying::kColumns);
   const Eigen::MatrixXd weighted = posterior.FabricPrior().llt().solve(off);
-  Eigen::MatrixXd seen = -posterior.covariance.leftCols<kCount>() * weighted;
-  seen.topRows<kCount>() += off;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> known(seen.topRows<kCount>().transpose() *
+  Eigen::MatrixXd seen = -posterior.covariance.leftCols(count) * weighted;
+  seen.topRows(count) += off;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> known(seen.topRows(count).transpose() *
                                                              weighted);
   const Eigen::MatrixXd turned = seen * known.eigenvectors();
   const Eigen::ArrayXd s = known.eigenvalues();  // below 0: known less than in the prior

@@ -44,7 +44,7 @@ struct StoredPosterior {
   Eigen::VectorXd element_sd;                        // kElements, shape [39]; kHierarchy: empty
   // Covariance of the fabric's log factors in the prior; empty: independent, of prior_sd.
   Eigen::MatrixXd fabric_prior = {};
-  double branch_deviation = 0.0;  // CountBranches
+  double branch_deviation = 0.0;  // of CountBranches; 0: not counted
 
   int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
   int size() const { return num_fabric() + 2 * specimens; }
@@ -123,8 +123,8 @@ nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::Vecto
 // The posterior as its files hold it (WritePosterior).
 StoredPosterior MakeStoredPosterior(const PosteriorFit& fit);
 
-// Widens a posterior of 39 entries by what other branches leave: its data tell of a fabric each of
-// whose columns is off by this deviation of the logarithm. The prior remains, and the mean
+// Widens a posterior of kind hierarchy by what other branches leave: its data tell of a fabric each
+// of whose columns is off by this deviation of the logarithm. The prior remains, and the mean
 // [METHODS, P57].
 void CountBranches(double deviation, StoredPosterior& posterior);
 

@@ -71,6 +71,17 @@ TEST(StoredPosterior, OtherBranchesWidenTheMeansOfColumns) {
   EXPECT_NEAR((posterior.covariance - before.covariance).topRows(kStretchEntries).norm(), 0.0,
               1e-28);
 
+  // Of two numbers, the one on all bend entries is off by the mean of three columns.
+  StoredPosterior scales;
+  scales.fabric = ParameterTying::kScales;
+  scales.prior_sd = Eigen::Vector2d::Constant(kPrior);
+  scales.mean = Eigen::Vector2d::Zero();
+  scales.covariance = variance * Eigen::Matrix2d::Identity();
+  CountBranches(kDeviation, scales);
+  EXPECT_NEAR(1.0 / scales.covariance(1, 1),
+              by_prior + 1.0 / (1.0 / (1.0 / variance - by_prior) + std::pow(kDeviation, 2) / 3.0),
+              1e-9);
+
   const TempFolder folder;
   WritePosterior(folder.path(), posterior, "a test");
   EXPECT_EQ(ReadPosterior(folder.path()).branch_deviation, kDeviation);
