@@ -3,7 +3,6 @@
 
 #include <glog/logging.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <nlohmann/json.hpp>
