@@ -458,7 +458,7 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   WriteState(folder + "/" + files[2], at_rest);
 }
 
-// Such a cloth has many drapes at rest.
+// Whether a cloth is seen that has many drapes at rest.
 bool SeesClothOverSupport(const FitProblem& problem) {
   const auto lies = [](const Experiment* experiment) {
     return experiment != nullptr && SupportRadius(experiment->scene);

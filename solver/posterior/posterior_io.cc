@@ -359,8 +359,8 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
   return stored;
 }
 
-// With the prior P and errors B·e, e ~ N(0, 1), data of information C⁻¹ − P⁻¹ leave
-// C + G·(1 + S)⁻¹·Gᵀ, G = B − C·P⁻¹·B, S = Gᵀ·P⁻¹·B. A number is off by the mean of its entries.
+// Data of information C⁻¹ − P⁻¹ that have errors B·e, e ~ N(0, 1), leave C + G·(1 + S)⁻¹·Gᵀ with
+// the prior P, G = B − C·P⁻¹·B, S = Gᵀ·P⁻¹·B. A number is off by the mean of its entries.
 void CountBranches(double deviation, StoredPosterior& posterior) {
   constexpr double kFixed = 1e-6;  // deviation in the prior of an entry that does not vary
   const int count = posterior.num_fabric();

@@ -407,7 +407,7 @@ fs::path FindScript(const std::string& installed, const std::string& source) {
 }
 
 // Keeps memory that is freed for the next use. Factors and Jacobians come and go with every pattern
-// and rollout, and a fresh page of a virtual machine costs more than the numbers in it.
+// and rollout, and a fresh page of a virtual machine can cost more than the numbers in it.
 void KeepFreedMemory() {
 #ifdef __GLIBC__
   constexpr int kNever = std::numeric_limits<int>::max(), kMore = 1 << 26;  // bytes

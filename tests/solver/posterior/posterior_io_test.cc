@@ -71,7 +71,7 @@ TEST(StoredPosterior, OtherBranchesWidenTheMeansOfColumns) {
   EXPECT_NEAR((posterior.covariance - before.covariance).topRows(kStretchEntries).norm(), 0.0,
               1e-28);
 
-  // Of two numbers, the one on all bend entries is off by the mean of three columns.
+  // The number on all bend entries is off by the mean of three columns.
   StoredPosterior scales;
   scales.fabric = ParameterTying::kScales;
   scales.prior_sd = Eigen::Vector2d::Constant(kPrior);
