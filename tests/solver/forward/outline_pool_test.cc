@@ -4,14 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "losses/camera/camera.h"
 #include "losses/metrics/metrics.h"
+#include "losses/outline/measured_image.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
 #include "physics/material/laws/law_kind.h"
@@ -83,6 +86,24 @@ TEST(OutlinePool, FindsATurnedMirroredDrape) {
                 .cwiseAbs()
                 .maxCoeff(),
             1e-9);
+}
+
+// The search leaves out what cannot be near; here all drapes are compared.
+TEST(OutlinePool, FindsTheNearestOfAll) {
+  const OutlinePool* pool = FindBuiltInPool(DrapeDiscs());
+  ASSERT_NE(pool, nullptr);
+  for (const int drape : {17, 4321}) {
+    const Eigen::VectorXd seen = (pool->radius[drape] + 0.2 * Waves(7, 0.3)).reverse() / 1.18;
+    std::vector<std::pair<double, int>> all;
+    for (int i = 0; i < pool->num_drapes(); ++i)
+      all.emplace_back(MatchOutlines(seen, pool->radius[i], OutlineFreedom::kRotationAndMirror).rms,
+                       i);
+    std::sort(all.begin(), all.end());
+    const std::vector<PooledMatch> nearest = FindNearest(*pool, seen, 51);
+    ASSERT_EQ(nearest.size(), 51u);
+    for (std::size_t k = 0; k < nearest.size(); ++k)
+      EXPECT_EQ(std::pair(nearest[k].distance, nearest[k].drape), all[k]) << drape << " " << k;
+  }
 }
 
 TEST(OutlinePool, TurnsTheDirectionsOfACloth) {
