@@ -68,6 +68,10 @@ std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
   return MakeLinearSolver(pattern, threads);
 }
 
+std::future<void> WakeGpus(const std::string& name) {
+  return name == "cpu" ? std::future<void>() : std::async(std::launch::async, WakeCuda);
+}
+
 std::string UsableGpu() {
   const CudaSurvey survey = SurveyCuda();
   return survey.usable ? survey.text : "";

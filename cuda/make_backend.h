@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <future>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,10 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
 std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
                                                    const BlockPattern& pattern, int threads,
                                                    std::string* device = nullptr);
+
+// Wakes the GPUs that MakeBackend would use on a thread of its own, so that a program reads its
+// input meanwhile; does nothing for cpu. The destructor of what is returned waits.
+[[nodiscard]] std::future<void> WakeGpus(const std::string& name);
 
 // The GPUs that auto runs on, "NVIDIA H200"; empty: none.
 std::string UsableGpu();

@@ -312,4 +312,9 @@ CudaSurvey SurveyCuda() {
   return {true, text};
 }
 
+void WakeCuda() {
+  for (const DeviceInfo& device : FindDevices())
+    if (cudaSetDevice(device.index) == cudaSuccess) cudaFree(nullptr);
+}
+
 }  // namespace drape

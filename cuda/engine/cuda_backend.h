@@ -39,4 +39,8 @@ struct CudaSurvey {
 };
 CudaSurvey SurveyCuda();
 
+// Makes the contexts of all devices, a third of a second that a process spends once. What goes
+// wrong there, the first backend says.
+void WakeCuda();
+
 }  // namespace drape

@@ -18,4 +18,6 @@ std::unique_ptr<LinearSolver> MakeCudaSolver(const BlockPattern&) {
 
 CudaSurvey SurveyCuda() { return {false, kHow}; }
 
+void WakeCuda() {}
+
 }  // namespace drape

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <future>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -534,6 +535,7 @@ FitInput MakeFitInput(const FitSpec& spec, ExperimentFile experiments) {
 
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   const ReadRecord record;
+  const std::future<void> waking = WakeGpus(spec.backend);
   if (!data.experiment.empty()) {
     FitInput input =
         MakeExperimentInput(spec, data, ReadExperiments(data.experiment), data.experiment);
