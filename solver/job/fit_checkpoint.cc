@@ -128,8 +128,8 @@ void WriteCheckpoint(const std::string& path, const std::string& key, const Stag
                    {"counts", state.counts},
                    {"grid_seconds", state.grid_seconds},
                    {"fit_seconds", state.fit_seconds},
-                   {"candidates", candidates},
-                   {"first_fits", first_fits}});
+                   {"candidates", std::move(candidates)},
+                   {"first_fits", std::move(first_fits)}});
 }
 
 std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key) {

@@ -24,11 +24,18 @@ std::string Checksum(const std::string& text) {
 }  // namespace
 
 std::string StoredJsonText(const StoredFormat& format, const json& members, int indent) {
-  json file = members;
-  file["format"] = format.name;
-  file["version"] = format.version;
-  file["checksum"] = Checksum(members.dump());
-  return file.dump(indent) + "\n";
+  const std::string text = members.dump();
+  const json head = {
+      {"format", format.name}, {"version", format.version}, {"checksum", Checksum(text)}};
+  if (indent >= 0) {
+    json file = members;
+    file.update(head);
+    return file.dump(indent) + "\n";
+  }
+  // The text of a large file is made once.
+  std::string file = head.dump();
+  file.back() = members.empty() ? ' ' : ',';
+  return file.append(text, 1) + "\n";
 }
 
 json ParseStoredJson(const std::string& text, const std::string& where,

@@ -14,7 +14,8 @@ struct StoredFormat {
   int version;
 };
 
-// The text of a file with these members, an object, and back: the members as they were written.
+// The text of a file with these members, an object that has neither format, version nor checksum,
+// and back: the members as they were written.
 // indent: of each level, in blanks; all in one line where negative. Parsing throws InputError
 // (prefix `where`) for text that is damaged, is of another format or version, or has another
 // checksum.
