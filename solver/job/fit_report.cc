@@ -458,16 +458,6 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   WriteState(folder + "/" + files[2], at_rest);
 }
 
-// Whether a cloth is seen that has many drapes at rest.
-bool SeesClothOverSupport(const FitProblem& problem) {
-  const auto lies = [](const Experiment* experiment) {
-    return experiment != nullptr && SupportRadius(experiment->scene);
-  };
-  return lies(FindExperiment(problem)) ||
-         std::any_of(problem.further.begin(), problem.further.end(),
-                     [&](const SettledExperiment& each) { return lies(each.experiment.get()); });
-}
-
 }  // namespace
 
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,

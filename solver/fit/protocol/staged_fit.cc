@@ -428,6 +428,16 @@ bool LeavesBranchOpen(const FitProblem& problem) {
          std::ranges::all_of(experiment->measurements, &Measurement::is_contour);
 }
 
+bool SeesClothOverSupport(const FitProblem& problem) {
+  const auto lies = [](const Experiment* experiment) {
+    return experiment != nullptr && SupportRadius(experiment->scene);
+  };
+  return lies(FindExperiment(problem)) ||
+         std::ranges::any_of(problem.further, [&](const SettledExperiment& each) {
+           return lies(each.experiment.get());
+         });
+}
+
 const char* MisfitUnit(const FitProblem& problem) {
   return FindExperiment(problem) == nullptr ? "px" : "sigma";
 }

@@ -130,6 +130,8 @@ const Experiment* FindExperiment(const FitProblem& problem);
 // Whether what is fitted explains several branches about as well: images that start from a pool,
 // and an experiment that is seen by its contours alone [METHODS, P78].
 bool LeavesBranchOpen(const FitProblem& problem);
+// Whether an experiment sees a cloth over a support, which has many drapes at rest.
+bool SeesClothOverSupport(const FitProblem& problem);
 // The problem for intervals: all its experiments are (ForIntervals).
 FitProblem ForIntervals(FitProblem problem);
 // The unit of misfits: px of outlines, sigma of experiments.

@@ -55,13 +55,11 @@ std::optional<LaboratorySheet> FindSheet(const FabricSource& source, const Law& 
                          std::to_string(LinearNumbers().size()));
   }
   if (!source.posterior || source.posterior->kind != PosteriorKind::kHierarchy) return std::nullopt;
-  return MakeLinearSheet(
-      {.tables = source.material.field,
-       .law = law,
-       .weights = EqualStiffnessWeights(),
-       .density_is_given = true},
-      JudgeByPosterior(*source.posterior, false,
-                       source.posterior->branch_deviation > 0.0 ? 0.0 : kModelDeviation));
+  return MakeLinearSheet({.tables = source.material.field,
+                          .law = law,
+                          .weights = EqualStiffnessWeights(),
+                          .density_is_given = true},
+                         JudgeByPosterior(*source.posterior));
 }
 
 // known: the row of the fit, whose interval holds as shares of its value; null for other fabrics.

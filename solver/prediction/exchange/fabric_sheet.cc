@@ -301,6 +301,7 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
     MaterialField median;
     FabricSamples after, before;
   };
+  if (posterior.branch_deviation > 0.0) bend_deviation = 0.0;
   const auto samples = std::make_shared<const Samples>(
       Samples{MedianTables(posterior), SampleFabric(posterior, kSamples, 1),
               SamplePrior(posterior, kSamples, 1)});

@@ -46,7 +46,8 @@ inline constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-s
 // Judges by samples of a posterior of kind hierarchy. A quantity is determined where the fit has
 // removed at least half of the variance of its logarithm in the prior; stretching only where strips
 // have measured it, since no silhouette does (P57). bend_deviation: standard deviation of the
-// logarithm of a rigidity, the model's error beside the posterior's.
+// logarithm of a rigidity, the model's error beside the posterior's; 0 of one that counts branches
+// (CountBranches), which has it.
 Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured = false,
                            double bend_deviation = kModelDeviation);
 

@@ -368,6 +368,14 @@ TEST(FabricSheet, ThePosteriorHasTheModelsErrorToo) {
   EXPECT_NEAR(std::log(overall.value / overall.interval->low), rigidity, 0.01);
   const LaboratoryRow& length = Row(sheet, "bending_length_overall_cm");
   EXPECT_NEAR(std::log(length.interval->high / length.value), rigidity / 3, 0.004);
+  // Once: a posterior that counts branches has it in its covariance.
+  StoredPosterior of_branches = Scales();
+  of_branches.branch_deviation = 0.3;
+  const auto high = [](const StoredPosterior& posterior, double deviation) {
+    return Row(Sheet(JudgeByPosterior(posterior, false, deviation)), "bending_overall_un_m")
+        .interval->high;
+  };
+  EXPECT_EQ(high(of_branches, 0.3), high(Scales(), 0.0));
 }
 
 TEST(FabricSheet, WhatThePosteriorHasNotNarrowedIsFromThePrior) {
