@@ -10,6 +10,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <thread>
 
 #include "physics/util/atomic_file.h"
@@ -71,9 +72,18 @@ void Fail(Response& response, int status, const std::string& message) {
   response.set_content(json{{"error", MakePrintableLine(message)}}.dump(), "application/json");
 }
 
+// Sends a content as it is: to compress a page of results takes longer than to send it.
+void Send(Response& response, std::string content, const char* type) {
+  if (content.empty()) return response.set_content(content, type);
+  const auto held = std::make_shared<const std::string>(std::move(content));
+  response.set_content_provider(
+      held->size(), type, [held](std::size_t begin, std::size_t length, httplib::DataSink& sink) {
+        return sink.write(held->data() + begin, length);
+      });
+}
+
 void Answer(Response& response, const json& value) {
-  response.set_content(value.dump(-1, ' ', false, json::error_handler_t::replace),
-                       "application/json");
+  Send(response, value.dump(-1, ' ', false, json::error_handler_t::replace), "application/json");
 }
 
 // The kind of a picture by its first bytes; empty for what is none.
@@ -159,11 +169,11 @@ class Site {
   void Get(const Request& request, Response& response) {
     const std::string path = request.path.substr(root_.size());
     response.set_header("Content-Security-Policy", kPagePolicy);
-    if (path.empty()) return response.set_content(kDeskHtml, "text/html; charset=utf-8");
-    if (path == "desk.js") return response.set_content(kDeskScript, "text/javascript");
-    if (path == "picture.js") return response.set_content(kPictureScript, "text/javascript");
-    if (path == "style.css") return response.set_content(kReportStyle, "text/css");
-    if (path == "desk.css") return response.set_content(kDeskStyle, "text/css");
+    if (path.empty()) return Send(response, kDeskHtml, "text/html; charset=utf-8");
+    if (path == "desk.js") return Send(response, kDeskScript, "text/javascript");
+    if (path == "picture.js") return Send(response, kPictureScript, "text/javascript");
+    if (path == "style.css") return Send(response, kReportStyle, "text/css");
+    if (path == "desk.css") return Send(response, kDeskStyle, "text/css");
     if (path == "state")
       return Answer(response, desk_.State(std::atol(request.get_param_value("since").c_str())));
     if (path.starts_with("file/")) return SendFile(path.substr(5), response);
@@ -179,7 +189,7 @@ class Site {
     response.set_header("Content-Security-Policy", kFilePolicy);
     if (type == "application/octet-stream")
       response.set_header("Content-Disposition", "attachment");
-    response.set_content(ReadOwnFile(path), type);
+    Send(response, ReadOwnFile(path), type.c_str());
   }
 
   void Post(const Request& request, Response& response, const httplib::ContentReader& reader) {
