@@ -107,6 +107,13 @@ class Attack(unittest.TestCase):
         self.assertEqual(self.desk.ask('GET', f'file/{self.first}/picture.jpg')[2],
                          self.photo.read_bytes())
 
+    def test_nothing_is_compressed(self):
+        for path in ('', 'state', f'file/{self.first}/photo/summary.json'):
+            status, headers, content = self.desk.ask('GET', path,
+                                                     headers={'Accept-Encoding': 'gzip, br'})
+            self.assertEqual((status, headers['Content-Encoding']), (200, None), path)
+            self.assertEqual(headers['Content-Length'], str(len(content)))
+
     def test_names_are_text_and_no_path(self):
         before = set(self.path.rglob('*'))
         for name in ('../../evil.jpg', '/etc/evil.jpg', 'a%00b.jpg', 'a%0d%0aSet-Cookie:%20x=1.jpg',
@@ -215,13 +222,23 @@ class Attack(unittest.TestCase):
         children = subprocess.run(['ps', '-eo', 'pid=,args='], capture_output=True, text=True).stdout
         return [line for line in children.splitlines() if f'{self.path}/desk/' in line]
 
+    def wait_for_program(self, name):
+        while not any(name in line for line in self.children()):
+            time.sleep(0.05)
+
+    def wait_for_no_program(self, part, limit=3):
+        """Returns what still runs at the end."""
+        end = time.time() + limit
+        while (lines := [line for line in self.children() if part in line]) and time.time() < end:
+            time.sleep(0.05)
+        return lines
+
     def test_cancel_ends_the_programs(self):
         slow = socket.create_connection(('127.0.0.1', self.desk.port))
         self.addCleanup(slow.close)
         slow.sendall(b'GET /')
         item = self.run_fit()
-        while not any('drape_fit' in line for line in self.children()):
-            time.sleep(0.05)
+        self.wait_for_program('drape_fit')
         for line in self.children():
             if 'drape_serve' not in line:  # no connection is open in a program
                 files = pathlib.Path(f'/proc/{line.split()[0]}/fd').iterdir()
@@ -276,12 +293,10 @@ class Attack(unittest.TestCase):
             self.expect([400], 'POST', f'remove/{job}', '')
             self.desk.post(f'cancel/{export}', {})
         again = self.run_fit()
-        self.desk.wait(again, 'running')
+        while not (lines := [line for line in self.children() if f'/desk/{again}' in line]):
+            time.sleep(0.02)
+        os.kill(int(lines[0].split()[0]), signal.SIGSTOP)  # it does not end when told to
         for each in (export, job, again):
-            if each == again:
-                while not (lines := [line for line in self.children() if f'/desk/{again}' in line]):
-                    time.sleep(0.05)
-                os.kill(int(lines[0].split()[0]), signal.SIGSTOP)  # it does not end when told to
             self.desk.post(f'remove/{each}', {})
             self.expect([404], 'POST', f'remove/{each}', '')
             self.assertNotIn(each, self.desk.items())
@@ -297,19 +312,15 @@ class Attack(unittest.TestCase):
         self.desk.stop(signal.SIGKILL)
         self.desk.start()
         self.wait_until_gone(self.path / 'desk' / again)
-        self.assertFalse([line for line in self.children() if f'/desk/{again}' in line])
+        self.assertFalse(self.wait_for_no_program(f'/desk/{again}'))
 
     def test_killed_and_stopped_desks_continue(self):
         for number in (signal.SIGKILL, signal.SIGTERM):
             item = self.run_fit()
-            self.desk.wait(item, 'running')
-            time.sleep(1.0)
+            self.wait_for_program('drape_fit')
             os.makedirs(self.path / 'desk/0500', exist_ok=True)  # is no item
             self.desk.stop(number)
-            end = time.time() + 3
-            while self.children() and time.time() < end:
-                time.sleep(0.05)
-            self.assertFalse(self.children())
+            self.assertFalse(self.wait_for_no_program('/desk/'))
             earlier = self.desk.root
             self.desk.start()
             self.assertNotEqual(self.desk.root, earlier)
