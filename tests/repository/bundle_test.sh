@@ -15,10 +15,11 @@ for program in bin/*; do
   [ -h "$program" ] && continue
   loaded=$(env -i /usr/bin/ldd "$program" 2>&1) || true
   for library in lib/*; do
-    name=$(basename "$library")
-    if echo "$loaded" | grep -F "$name =>" | grep -vqF "/moved place/bin/../lib/$name"; then
-      fail "$program does not take $name from the bundle"
-    fi
+    name=${library#lib/}
+    case $loaded in
+      *"$name => $PWD/bin/../lib/$name "*) ;;
+      *"$name => "*) fail "$program does not take $name from the bundle" ;;
+    esac
   done
 done
 
