@@ -9,7 +9,6 @@
 # usage: check_page.sh report.html [part ...]
 set -euo pipefail
 here=$(dirname "$(realpath "$0")")
-sources=$here/../../../../../tools/programs/results/report/page
 page=$(realpath "$1")
 shift
 Skip() {
@@ -51,10 +50,7 @@ drapes=$(Count '<canvas ')
 charts=$(Count '<figure class="chart">')
 
 # The same page without its policy, which would refuse the script that looks for faults.
-mkdir "$scratch/npm"
-cp "$sources"/package*.json "$scratch/npm"
-(cd "$scratch/npm" && npm ci --ignore-scripts --no-audit --no-fund >npm.log 2>&1) || true
-axe=$scratch/npm/node_modules/axe-core/axe.min.js
+axe=$("$here/install_npm.sh")/axe-core/axe.min.js || true
 if [ -f "$axe" ]; then
   {
     sed 's/<meta http-equiv="Content-Security-Policy"[^>]*>//' "$page"
