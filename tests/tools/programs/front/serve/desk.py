@@ -53,8 +53,9 @@ def paint(path, width=1200, fabric='synthetic_wool', seed=3):
     return drape.coefficient
 
 
-# The fit of fit_bayes.json with a small mesh and few samples.
-SMALL_FIT = {'model': 'bayes', 'mesh': 'disc:100', 'num_parameters': '2', 'posterior_samples': 4,
+# The fit of fit_bayes.json with a small mesh, few initial guesses and few samples.
+SMALL_FIT = {'initial_stretch': [1], 'initial_bend': [0.5, 1, 2], 'initial_lifts': [0.8, 1],
+             'model': 'bayes', 'mesh': 'disc:100', 'num_parameters': '2', 'posterior_samples': 4,
              'posterior_rank': 2, 'candidates_per_round': [3, 2, 1], 'iterations': [4, 4, 6],
              'elbo_samples': 25, 'min_relative_stiffness': 0.1}
 
