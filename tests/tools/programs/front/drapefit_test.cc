@@ -26,11 +26,15 @@ class ShortWay : public ToolFixture {
     WritePhotoFile(scene, RenderPhoto(scene, {{&drape.mesh, drape.x}}), path);
     return path;
   }
-  // fit_bayes.json with a small mesh and few samples.
+  // fit_bayes.json with small meshes, few initial guesses and few samples.
   std::string AddConfig(const char* mesh = "disc:200") const {
     return Write("fit.json", Json({{"fabric", kFabrics + "synthetic_shirt.json"},
                                    {"model", "bayes"},
                                    {"mesh", mesh},
+                                   {"coarse_mesh", "disc:100"},
+                                   {"initial_stretch", {1}},
+                                   {"initial_bend", {0.25, 0.5, 1, 2}},
+                                   {"initial_lifts", {0.8, 1}},
                                    {"num_parameters", "2"},
                                    {"posterior_samples", 4},
                                    {"posterior_rank", 2},

@@ -334,7 +334,7 @@ TEST_F(PredictFromAFit, MistakesAreOneLine) {
 
 TEST_F(PredictTool, CtrlCWritesWhatThereIs) {
   const ProcessResult stopped = Run({"--draws=4096", "--data=" + AddData(), "--train=2"},
-                                    {.interrupt_when = Path("out"), .interrupt_after = 3.0});
+                                    {.interrupt_when = Path("out"), .interrupt_after = 1.0});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary["outcome"], "cancelled");
