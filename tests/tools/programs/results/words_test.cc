@@ -145,7 +145,8 @@ TEST_F(Words, OfFiveFitsAreTheSameEverywhere) {
   EXPECT_NEAR(Sheet("strips").of("bending_overall_un_m").value, std::sqrt(weft * warp), 0.1);
   const ProcessResult space =
       RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_space",
-                  "--posteriors=" + Path("bayes") + "," + Path("soft"), "--out=" + Path("space")});
+                  "--posteriors=" + Path("bayes") + "," + Path("soft"), "--out=" + Path("space")},
+                 {.charts = false});
   ASSERT_EQ(space.exit_code, 0) << space.err;
   const Json fabrics = ReadJson(Path("space/space.json")).at("fabrics");
   for (std::size_t i = 0; i < 2; ++i) {
