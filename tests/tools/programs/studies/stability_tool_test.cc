@@ -80,13 +80,13 @@ TEST_F(StabilityTool, CtrlCKeepsTheRunsAndTheSameCommandGoesOn) {
   const std::string own = Run({map, "--list"}).out;
   EXPECT_EQ(std::count(own.begin(), own.end(), '\n'), 2000 + 4);
   const ProcessResult stopped =
-      Run({map}, {.interrupt_when = Path("out/cells"), .interrupt_after = 1.0});
+      Run({map}, {.interrupt_when = Path("out/cells"), .interrupt_after = 2.0});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
   EXPECT_EQ(ReadJson(Path("out/stability.json")).at("outcome"), "cancelled");
   const std::size_t before = CountCells();
   EXPECT_GT(before, 0u);
   EXPECT_LT(before, 2000u);
-  ASSERT_EQ(Run({map}, {.interrupt_when = Path("out/cells"), .interrupt_after = 1.0}).exit_code,
+  ASSERT_EQ(Run({map}, {.interrupt_when = Path("out/cells"), .interrupt_after = 2.0}).exit_code,
             130);
   EXPECT_GT(CountCells(), before);
 }
