@@ -103,6 +103,25 @@ TEST(LeavesBranchOpen, HoldsForContoursAloneAndForPooledImages) {
   EXPECT_TRUE(LeavesBranchOpen(image));
 }
 
+// A cloth lies on the support alone or beside further ones; images are no experiment.
+TEST(SeesClothOverSupport, LooksAtAllExperiments) {
+  const auto in = [](Scene scene) {
+    Experiment experiment;
+    experiment.scene = std::move(scene);
+    return std::make_shared<const Experiment>(std::move(experiment));
+  };
+  FitProblem problem;
+  problem.observations.resize(1);
+  EXPECT_FALSE(SeesClothOverSupport(problem));
+  problem.observations[0].experiment = in(HangingStripScene(9.8));
+  EXPECT_FALSE(SeesClothOverSupport(problem));
+  problem.further.resize(1);
+  problem.further[0].experiment = in(CusickScene());
+  EXPECT_TRUE(SeesClothOverSupport(problem));
+  problem.observations[0].experiment.swap(problem.further[0].experiment);
+  EXPECT_TRUE(SeesClothOverSupport(problem));
+}
+
 // The shipped experiment, made in memory too.
 class ExperimentInMemoryTest : public FitJobTest {
  protected:
@@ -276,7 +295,8 @@ TEST_F(ExperimentPosteriorTest, MarkersHaveAPosterior) {
   EXPECT_LT(bend.deviation, 0.3 * Describe(SamplePrior(stored, 1000, 1)).deviation);
   EXPECT_LT(Narrowest(), 0.1);
   ASSERT_EQ(stored.num_fabric(), kMaterialEntries);
-  double over_laplace = 0.0;  // deviations, in the mean over the entries
+  EXPECT_EQ(stored.branch_deviation, 0.0);  // the strip has one drape
+  double over_laplace = 0.0;                // deviations, in the mean over the entries
   for (const auto& entry : posterior["log_factors"]) {
     over_laplace +=
         entry["sd"].get<double>() / entry["laplace_sd"].get<double>() / kMaterialEntries;
@@ -330,6 +350,20 @@ TEST_F(ExperimentPosteriorTest, FurtherExperimentsNarrowIt) {
                              {"motion", {{"steps", 160}, {"time_step", 0.00125}}},
                              {"measurements", film}});
   EXPECT_LT(Fitted().deviation, 0.7 * alone);
+}
+
+// A disc over a support has several drapes, which the posterior counts.
+TEST_F(ExperimentPosteriorTest, ADiscBesideTheStripWidensIt) {
+  WriteMarkers();
+  const nlohmann::json markers = {{"markers", "m.csv"}, {"sigma", 5e-4}};
+  WriteExperiments(markers);
+  const double alone = Fitted().deviation;
+  std::ofstream(folder_ / "hem.csv") << "vertex,x_m,y_m,z_m\n99,0.1,0,-0.05\n";
+  WriteExperiments(markers, {{"mesh", "disc:100"},
+                             {"scene", DRAPE_SOURCE_DIR "/configs/scenes/cusick.json"},
+                             {"measurements", {{{"markers", "hem.csv"}, {"sigma", 0.1}}}}});
+  EXPECT_GT(Fitted().deviation, 1.2 * alone);
+  EXPECT_EQ(ReadPosterior(folder_.path()).branch_deviation, kModelDeviation);
 }
 
 // A strip that bends four times as stiffly near its clamp, by its registered shape.
