@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/forward/outline_pool.h"
 
-#include <glog/logging.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -46,32 +44,6 @@ uint16_t ToCount(const NumberRange& range, double value) {
   return static_cast<uint16_t>(std::lround(kMostCount * std::clamp(share, 0.0, 1.0)));
 }
 
-// A file as far as its line of JSON says.
-struct PackedPool {
-  OutlinePool head;  // without drapes
-  int drapes;
-  std::string_view numbers;
-};
-
-PackedPool ReadHead(std::string_view bytes, const std::string& where) {
-  const std::size_t line = bytes.find('\n');
-  const nlohmann::json json = nlohmann::json::parse(
-      bytes.substr(0, line == std::string_view::npos ? 0 : line), nullptr, false);
-  if (!json.is_object() || json.value("format", "") != kPackedFormat)
-    throw InputError(where, "found other bytes, expected a pool of outlines");
-  const JsonInput input(json, where);
-  input.At("version").IntegerWithin(kPackedVersion, kPackedVersion);
-  return {.head = {.mesh = input.At("mesh").String(),
-                   .setting = input.At("setting").String(),
-                   .discs = {.specimen = input.At("specimen_diameter").NumberWithin(0.01, 10.0) / 2,
-                             .support = input.At("support_diameter").NumberWithin(0.005, 10.0) / 2},
-                   .seed = static_cast<uint64_t>(input.At("seed").IntegerWithin(0, 1 << 30)),
-                   .numbers = {},
-                   .radius = {}},
-          .drapes = input.At("drapes").IntegerWithin(1, kMostDrapes),
-          .numbers = bytes.substr(line + 1)};
-}
-
 }  // namespace
 
 std::string PackPool(const OutlinePool& pool) {
@@ -103,14 +75,26 @@ std::string PackPool(const OutlinePool& pool) {
 }
 
 OutlinePool UnpackPool(std::string_view bytes, const std::string& where) {
-  PackedPool packed = ReadHead(bytes, where);
-  OutlinePool& pool = packed.head;
-  Counts counts(packed.drapes, kColumns);
+  const std::size_t line = bytes.find('\n');
+  const nlohmann::json json = nlohmann::json::parse(
+      bytes.substr(0, line == std::string_view::npos ? 0 : line), nullptr, false);
+  if (!json.is_object() || json.value("format", "") != kPackedFormat)
+    throw InputError(where, "found other bytes, expected a pool of outlines");
+  const JsonInput input(json, where);
+  input.At("version").IntegerWithin(kPackedVersion, kPackedVersion);
+  OutlinePool pool{.mesh = input.At("mesh").String(),
+                   .setting = input.At("setting").String(),
+                   .discs = {.specimen = input.At("specimen_diameter").NumberWithin(0.01, 10.0) / 2,
+                             .support = input.At("support_diameter").NumberWithin(0.005, 10.0) / 2},
+                   .seed = static_cast<uint64_t>(input.At("seed").IntegerWithin(0, 1 << 30)),
+                   .numbers = {},
+                   .radius = {}};
+  Counts counts(input.At("drapes").IntegerWithin(1, kMostDrapes), kColumns);
   const auto expected = static_cast<uLong>(counts.size() * sizeof(uint16_t));
   uLongf size = expected;
   if (uncompress(reinterpret_cast<Bytef*>(counts.data()), &size,
-                 reinterpret_cast<const Bytef*>(packed.numbers.data()),
-                 static_cast<uLong>(packed.numbers.size())) != Z_OK ||
+                 reinterpret_cast<const Bytef*>(bytes.data() + line + 1),
+                 static_cast<uLong>(bytes.size() - line - 1)) != Z_OK ||
       size != expected)
     throw InputError(where, "found damaged numbers, expected a pool as it was written");
   for (Eigen::Index i = 0; i < counts.rows(); ++i) {
@@ -128,17 +112,22 @@ OutlinePool UnpackPool(std::string_view bytes, const std::string& where) {
 }
 
 const OutlinePool* FindBuiltInPool(const DrapeDiscs& discs) {
+  static const std::vector<OutlinePool> pools = [] {
+    std::vector<OutlinePool> unpacked;
+    for (const std::string_view bytes : ListBuiltInPools())
+      unpacked.push_back(UnpackPool(bytes, "built-in pool"));
+    return unpacked;
+  }();
   constexpr double kSameRatio = 1e-3;
-  constexpr char kWhere[] = "built-in pool";
   static std::mutex mutex;
-  static std::map<std::pair<const char*, double>, OutlinePool> unpacked;  // by file and specimen
-  for (const std::string_view bytes : ListBuiltInPools()) {
-    const DrapeDiscs own = ReadHead(bytes, kWhere).head.discs;
-    const double scale = discs.specimen / own.specimen;
-    if (std::abs(discs.support / own.support / scale - 1.0) > kSameRatio) continue;
+  static std::map<std::pair<const OutlinePool*, double>, OutlinePool> scaled;
+  for (const OutlinePool& pool : pools) {
+    const double scale = discs.specimen / pool.discs.specimen;
+    if (std::abs(discs.support / pool.discs.support / scale - 1.0) > kSameRatio) continue;
+    if (pool.discs == discs) return &pool;
     const std::lock_guard lock(mutex);
-    const auto [entry, is_new] = unpacked.try_emplace({bytes.data(), discs.specimen});
-    if (is_new) entry->second = Scaled(UnpackPool(bytes, kWhere), scale);
+    const auto [entry, is_new] = scaled.try_emplace({&pool, scale});
+    if (is_new) entry->second = Scaled(pool, scale);
     return &entry->second;
   }
   return nullptr;
@@ -146,7 +135,6 @@ const OutlinePool* FindBuiltInPool(const DrapeDiscs& discs) {
 
 std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::VectorXd& radius,
                                      int count) {
-  CHECK_GT(count, 0);
   // No motion changes an outline's mean, and the difference of two means is at most their distance.
   // So drapes are tried by that difference, until it exceeds the distance of all that are kept.
   std::vector<std::pair<double, int>> by_mean;
@@ -155,7 +143,7 @@ std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::Vecto
   std::sort(by_mean.begin(), by_mean.end());
   std::map<std::pair<double, int>, double> kept;  // distance and drape, rotation
   for (const auto& [least, i] : by_mean) {
-    if (static_cast<int>(kept.size()) == count && least > std::prev(kept.end())->first.first) break;
+    if (static_cast<int>(kept.size()) == count && least > kept.rbegin()->first.first) break;
     const OutlineMatch match =
         MatchOutlines(radius, pool.radius[i], OutlineFreedom::kRotationAndMirror);
     kept.emplace(std::pair(match.rms, i), match.rotation);

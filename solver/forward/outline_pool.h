@@ -45,8 +45,8 @@ struct PooledMatch {
   double distance = 0.0;    // root mean square of the outlines' difference [m]
   SpecimenNumbers numbers;  // of the turned cloth; its start's as in the pool
 };
-// The nearest drapes to an outline [m], shape [kPoolAngles], at most `count` > 0, nearest first;
-// each at all kPoolAngles rotations and in both mirror images.
+// The nearest drapes to an outline [m], shape [kPoolAngles], at most `count`, nearest first; each
+// at all kPoolAngles rotations and in both mirror images.
 std::vector<PooledMatch> FindNearest(const OutlinePool& pool, const Eigen::VectorXd& radius,
                                      int count);
 
