@@ -23,16 +23,10 @@ std::string Checksum(const std::string& text) {
 
 }  // namespace
 
-std::string StoredJsonText(const StoredFormat& format, const json& members, int indent) {
+std::string StoredJsonText(const StoredFormat& format, const json& members) {
   const std::string text = members.dump();
   const json head = {
       {"format", format.name}, {"version", format.version}, {"checksum", Checksum(text)}};
-  if (indent >= 0) {
-    json file = members;
-    file.update(head);
-    return file.dump(indent) + "\n";
-  }
-  // The text of a large file is made once.
   std::string file = head.dump();
   file.back() = members.empty() ? ' ' : ',';
   return file.append(text, 1) + "\n";
@@ -65,9 +59,8 @@ void CheckStored(const std::string& path, const StoredFormat& format) {
                                "this name: choose another folder");
 }
 
-void WriteStoredJson(const std::string& path, const StoredFormat& format, const json& members,
-                     int indent) {
-  WriteFileAtomically(path, StoredJsonText(format, members, indent));
+void WriteStoredJson(const std::string& path, const StoredFormat& format, const json& members) {
+  WriteFileAtomically(path, StoredJsonText(format, members));
 }
 
 json ReadStoredJson(const std::string& path, const StoredFormat& format) {

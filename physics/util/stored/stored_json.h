@@ -15,12 +15,9 @@ struct StoredFormat {
 };
 
 // The text of a file with these members, an object that has neither format, version nor checksum,
-// and back: the members as they were written.
-// indent: of each level, in blanks; all in one line where negative. Parsing throws InputError
-// (prefix `where`) for text that is damaged, is of another format or version, or has another
-// checksum.
-std::string StoredJsonText(const StoredFormat& format, const nlohmann::json& members,
-                           int indent = -1);
+// and back: the members as they were written. Parsing throws InputError (prefix `where`) for text
+// that is damaged, is of another format or version, or has another checksum.
+std::string StoredJsonText(const StoredFormat& format, const nlohmann::json& members);
 nlohmann::json ParseStoredJson(const std::string& text, const std::string& where,
                                const StoredFormat& format);
 
@@ -30,7 +27,7 @@ void CheckStored(const std::string& path, const StoredFormat& format);
 
 // Write and read such a file, atomically and bit for bit. Both throw InputError.
 void WriteStoredJson(const std::string& path, const StoredFormat& format,
-                     const nlohmann::json& members, int indent = -1);
+                     const nlohmann::json& members);
 nlohmann::json ReadStoredJson(const std::string& path, const StoredFormat& format);
 
 }  // namespace drape

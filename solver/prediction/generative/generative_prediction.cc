@@ -212,8 +212,7 @@ void WriteDistributionFit(const std::string& path, const DistributionFit& fit) {
                    {"score", fit.score},
                    {"cross_validated", fit.cross_validated},
                    {"effective_drapes", fit.effective},
-                   {"drapes", fit.drapes}},
-                  1);
+                   {"drapes", fit.drapes}});
 }
 
 DistributionFit ReadDistributionFit(const std::string& path) {

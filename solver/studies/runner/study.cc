@@ -215,7 +215,7 @@ class StudyRun {
     std::optional<json> result = options_.processes ? RunInProcess(k) : RunCell(k);
     if (!result || control_.cancelled()) return;
     const json key = MakeKey(study_, cell);
-    WriteStoredJson(Path(key), kStudyCellFormat, {{"key", key}, {"result", *result}}, 1);
+    WriteStoredJson(Path(key), kStudyCellFormat, {{"key", key}, {"result", *result}});
     const std::scoped_lock lock(mutex_);
     result_.results[k] = std::move(result);
     done_work_ += cell.work;

@@ -278,7 +278,7 @@ class StepRecord {
   }
   void Set(const Step& step, const std::string& key, bool done) {
     record_[Name(step)] = {{"key", key}, {"result", done ? json(SumOfResult(step)) : json()}};
-    WriteStoredJson(path_, kStepsFormat, record_, 2);
+    WriteStoredJson(path_, kStepsFormat, record_);
   }
 
  private:

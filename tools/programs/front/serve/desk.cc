@@ -120,7 +120,7 @@ DeskItem& Desk::Find(const std::string& id) {
 
 // Stores a change.
 void Desk::Touch(const std::string& id, DeskItem* item) {
-  WriteStoredJson(Folder(id) + "/record.json", kRecordFormat, item->record, 1);
+  WriteStoredJson(Folder(id) + "/record.json", kRecordFormat, item->record);
   item->changed = ++version_;
   queued_.notify_all();
 }
@@ -161,7 +161,7 @@ std::string Desk::Insert(const std::string& staged, json record) {
   if (std::ranges::count_if(items_, waits) >= long(kMostQueued))
     throw InputError("queue", "is full, expected to wait");
   record["state"] = "queued";
-  WriteStoredJson(staged + "/record.json", kRecordFormat, record, 1);
+  WriteStoredJson(staged + "/record.json", kRecordFormat, record);
   std::string id;
   do id = MakeId(++last_);
   while (fs::exists(fs::symlink_status(Folder(id))));
