@@ -16,7 +16,6 @@ DeviceInfo Describe(int index) {
           properties.name,
           properties.major,
           properties.minor,
-          properties.multiProcessorCount,
           static_cast<int>(properties.sharedMemPerBlockOptin) - kStaticShared,
           properties.totalGlobalMem};
 }

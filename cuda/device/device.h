@@ -19,8 +19,7 @@ struct DeviceInfo {
   int index = 0;
   std::string name;
   int major = 0, minor = 0;  // compute capability
-  int multiprocessors = 0;
-  int shared_bytes = 0;  // of a block of threads
+  int shared_bytes = 0;      // of a block of threads
   std::size_t memory = 0;
 };
 

@@ -15,9 +15,6 @@ std::string BuildCommit();
 // "Release".
 std::string BuildType();
 
-// "drapefit 0.1.0, commit 763e1da", or without the commit.
-std::string BuildName();
-
 // What a result says of the machine that it was computed on; empty where the system does not tell.
 std::string HostName();
 std::string ProcessorName();  // "AMD EPYC 7B13"
