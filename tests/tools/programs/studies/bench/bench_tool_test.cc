@@ -202,7 +202,8 @@ TEST_F(BenchTool, ADamagedReferenceIsRefused) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
   const std::string path = ReferenceFile();
   std::string text = Read(path);
-  const std::size_t x = text.find("\"x\": [");
+  const std::size_t x = text.find("\"x\":[");
+  ASSERT_NE(x, std::string::npos);
   text[text.find('1', x)] = '2';
   std::ofstream(path) << text;
   ExpectOneLineError(Bench({"--mesh=disc:120", "--solve=static"}), "is damaged or was altered");
