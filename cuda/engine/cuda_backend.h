@@ -39,8 +39,7 @@ struct CudaSurvey {
 };
 CudaSurvey SurveyCuda();
 
-// Makes the contexts of all devices, a third of a second that a process spends once. What goes
-// wrong there, the first backend says.
+// Makes the contexts of all devices, .3 s once a process. The first backend says what went wrong.
 void WakeCuda();
 
 }  // namespace drape

@@ -8,6 +8,7 @@ constexpr char kHow[] = "built without it, configure with the preset cuda (needs
 
 }  // namespace
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as cuda_backend.cc has it
 std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>, int) {
   throw NotCompiled("cuda", kHow);
 }
