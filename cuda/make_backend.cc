@@ -69,7 +69,7 @@ std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
 }
 
 std::future<void> WakeGpus(const std::string& name) {
-  return name == "cpu" ? std::future<void>() : std::async(std::launch::async, WakeCuda);
+  return name == "cpu" ? std::future<void>() : std::async(WakeCuda);
 }
 
 std::string UsableGpu() {

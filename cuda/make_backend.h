@@ -23,8 +23,8 @@ std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
                                                    const BlockPattern& pattern, int threads,
                                                    std::string* device = nullptr);
 
-// Wakes the GPUs that MakeBackend would use on a thread of its own, so that a program reads its
-// input meanwhile; does nothing for cpu. The destructor of what is returned waits.
+// Wakes the GPUs that MakeBackend would use while a program reads its input, where the system has a
+// thread for it. Does nothing for cpu. The destructor of what is returned waits.
 [[nodiscard]] std::future<void> WakeGpus(const std::string& name);
 
 // The GPUs that auto runs on, "NVIDIA H200"; empty: none.
